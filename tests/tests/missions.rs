@@ -21,6 +21,8 @@ const COAST_TIME_S: f64 = 1e-2;
 const ATTITUDE_DEG: f64 = 1e-6;
 /// Discretisation: a derivative against a difference of optima, relative.
 const PRICE: f64 = 1e-3;
+/// Another impulse than the best, m/s.
+const STEP_M_S: f64 = 5.0;
 /// Solver: the derivative of a key by itself.
 const IDENTITY: f64 = 1e-6;
 
@@ -66,6 +68,57 @@ fn from_perilune() {
     ];
     for (altitude, time, mass) in cases {
         single_phase("lunar-perilune", &[&format!("perilune_altitude_km={altitude}")], time, mass);
+    }
+}
+
+/// The impulse that leaves the perilune as an unknown: its mass at touchdown is that of the same impulse given, and others nearby arrive with less.
+/// A small impulse costs, a large one saves: none at all is an optimum, too, where the search stays that starts there.
+#[test]
+fn departure_by_the_best_impulse() {
+    let result = |outcome: &Outcome, key: &str| outcome.summary.results[key];
+    let given = |size: f64| {
+        let impulse = format!("departure_impulse_m_s={size}");
+        let outcome = solve("lunar-perilune", &[&impulse, "optimum_of=final-mass"]);
+        verified(&outcome);
+        result(&outcome, "final_mass_kg")
+    };
+    let free = solve("lunar-perilune", &["free_departure_impulse=true", "departure_impulse_m_s=300"]);
+    verified(&free);
+    let (impulse, mass) = (result(&free, "departure_impulse_m_s"), result(&free, "final_mass_kg"));
+    assert!((given(impulse) - mass).abs() < FINAL_MASS_KG, "{} {mass}", given(impulse));
+    for other in [0.0, 300.0, impulse - STEP_M_S, impulse + STEP_M_S] {
+        assert!(given(other) < mass, "{other}: {} {mass}", given(other));
+    }
+    // The propellant of the impulse is that of the rocket equation.
+    let before = result(&solve("lunar-perilune", &[]), "ignition_mass_kg");
+    let after = before * (-impulse / (310.0 * 9.807)).exp();
+    near(&free, "ignition_mass_kg", after, FINAL_MASS_KG);
+    let none = solve("lunar-perilune", &["free_departure_impulse=true"]);
+    verified(&none);
+    near(&none, "departure_impulse_m_s", 0.0, SPEED_MISS_M_S);
+    near(&none, "final_mass_kg", 153.73649062922414, FINAL_MASS_KG);
+    assert!(given(STEP_M_S) < result(&none, "final_mass_kg"));
+    let bounded =
+        ["free_departure_impulse=true", "departure_impulse_m_s=600", "largest_departure_impulse_m_s=800"];
+    near(&solve("lunar-perilune", &bounded), "departure_impulse_m_s", 800.0, SPEED_MISS_M_S);
+}
+
+#[test]
+fn impulses_that_are_refused() {
+    for (overrides, said) in [
+        (
+            ["departure_impulse_m_s=200", "largest_departure_impulse_m_s=100"],
+            "must not be above `largest_departure_impulse_m_s`",
+        ),
+        (
+            ["departure_impulse_m_s=200", "largest_departure_impulse_m_s=1800"],
+            "below the speed at the perilune",
+        ),
+    ] {
+        let stated: Vec<String> =
+            overrides.iter().chain(&["free_departure_impulse=true"]).map(|o| (*o).to_owned()).collect();
+        let refused = apsides::registry().load("lunar-perilune", &stated).unwrap_err().to_string();
+        assert!(refused.contains(said), "{refused}");
     }
 }
 

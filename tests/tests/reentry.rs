@@ -241,6 +241,8 @@ fn bad_values_are_refused_by_name() {
         (&["method=two-layer", "search.evaluations=0"], "search.evaluations"),
         (&["method=two-layer", "search.population=1"], "search.population"),
         (&["method=two-layer", "search.least_intervals=4"], "must not be above `search.most_intervals`"),
+        (&["method=two-layer", "search.most_degree=0"], "must not be below `search.degree` = 1"),
+        (&["method=two-layer", "search.most_degree=1.5"], "must be a whole number from 0 to 5"),
         (&["method=two-layer", "goal=peak-load"], "two-layer"),
         (&["body=venus"], "`body` is \"venus\", allowed is one of `earth`, `mars`"),
         (&["atmosphere=us-1976-printed", "entry_altitude_km=300"], "above the top of the atmosphere"),

@@ -29,16 +29,39 @@ impl<const NX: usize, const NU: usize> Recording<NX, NU> {
         Self { interval, samples: Vec::new() }
     }
 
+    /// Control steps from one sample to the next; 0 keeps the end of a run alone.
+    #[must_use]
+    pub fn interval(&self) -> usize {
+        self.interval
+    }
+
     /// The samples in order of time.
     #[must_use]
     pub fn samples(&self) -> &[Sample<NX, NU>] {
         &self.samples
     }
 
+    /// Empties the record and fills it with samples in order of time, such as those of a record of another form.
+    ///
+    /// # Errors
+    /// [`ControlError::Dimension`] where memory has no room for them.
+    pub fn refill(
+        &mut self,
+        samples: impl ExactSizeIterator<Item = Sample<NX, NU>>,
+    ) -> Result<(), ControlError> {
+        self.samples.clear();
+        self.reserve(samples.len())?;
+        self.samples.extend(samples);
+        Ok(())
+    }
+
     /// Empties the record and makes room for a run of so many control steps.
     pub(crate) fn prepare(&mut self, steps: usize) -> Result<(), ControlError> {
         self.samples.clear();
-        let expected = steps.checked_div(self.interval).unwrap_or(0) + 2;
+        self.reserve(steps.checked_div(self.interval).unwrap_or(0) + 2)
+    }
+
+    fn reserve(&mut self, expected: usize) -> Result<(), ControlError> {
         let found = self.samples.capacity();
         let what = "samples of a record that memory has room for";
         self.samples.try_reserve(expected).map_err(|_| ControlError::Dimension { what, expected, found })

@@ -8,9 +8,10 @@
 //! | --- | --- |
 //! | `reference` | numbers of the reference |
 //! | `model` | the two models, and their solves |
-//! | `functions`, `lander` | test functions, moon lander |
+//! | `functions`, `contours`, `lander` | test functions with their figures, moon lander |
 //! | `profiles` | searches over bank profiles |
 //! | `limits` | optima under limits, with and without the search layer |
+//! | `overlays` | figures of all limits of a kind |
 //! | `starts` | random starts |
 
 use apsides_metaheuristics::Search;
@@ -22,11 +23,13 @@ use crate::Error;
 use crate::change::{Change, number, word};
 use model::Model;
 
+mod contours;
 mod functions;
 mod items;
 mod lander;
 mod limits;
 mod model;
+mod overlays;
 mod profiles;
 mod reference;
 mod starts;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::{Error, PUBLICATIONS, find};
+use crate::{Error, PUBLICATIONS, Sheet, find};
 
 /// An equation, table, figure or claim of a publication.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +20,13 @@ pub struct PaperItem {
 pub enum Shown {
     /// A table or sheet of the reproduction, by its short name.
     Sheet(&'static str),
+    /// A sheet whose findings that begin so are the verdict, once it is computed.
+    Findings {
+        /// Its short name.
+        sheet: &'static str,
+        /// The first words of the findings.
+        start: &'static str,
+    },
     /// A command of the program, without its name.
     Command(&'static str),
     /// It cannot be computed; the verdict says why.
@@ -29,6 +36,16 @@ pub enum Shown {
 /// An item that a sheet shows.
 pub(super) const fn sheet(item: &'static str, id: &'static str, verdict: &'static str) -> PaperItem {
     PaperItem { item, shown: Shown::Sheet(id), verdict }
+}
+
+/// An item whose verdict is found with the numbers of a sheet; before that, the one given.
+pub(super) const fn found(
+    item: &'static str,
+    sheet: &'static str,
+    start: &'static str,
+    verdict: &'static str,
+) -> PaperItem {
+    PaperItem { item, shown: Shown::Findings { sheet, start }, verdict }
 }
 
 /// An item that a command shows.
@@ -46,10 +63,23 @@ impl PaperItem {
     #[must_use]
     pub fn command(&self, publication: &str) -> Option<String> {
         match self.shown {
-            Shown::Sheet(id) => Some(format!("apsides reproduce {publication} ({id})")),
+            Shown::Sheet(id) | Shown::Findings { sheet: id, .. } => {
+                Some(format!("apsides reproduce {publication} ({id})"))
+            }
             Shown::Command(words) => Some(format!("apsides {words}")),
             Shown::Nowhere => None,
         }
+    }
+
+    /// The verdict by the sheets that are computed: findings where the item has some, else the one that is stated.
+    #[must_use]
+    pub fn verdict_by(&self, sheets: &[Sheet]) -> String {
+        let stated = || self.verdict.to_owned();
+        let Shown::Findings { sheet, start } = self.shown else { return stated() };
+        let findings = sheets.iter().filter(|s| s.id == sheet).flat_map(|s| &s.findings);
+        let found: Vec<&str> =
+            findings.filter_map(|f| Some(f.strip_prefix(start)?.trim_start_matches([':', ' ']))).collect();
+        if found.is_empty() { stated() } else { found.join("; ") }
     }
 }
 
@@ -93,7 +123,7 @@ mod tests {
             for item in publication.items {
                 assert!(!item.item.is_empty() && !item.verdict.is_empty(), "{item:?}");
                 match item.shown {
-                    Shown::Sheet(id) => {
+                    Shown::Sheet(id) | Shown::Findings { sheet: id, .. } => {
                         let known =
                             publication.sheets.contains(&id) || publication.tables.iter().any(|t| t.id == id);
                         assert!(known, "{}: no sheet `{id}`", publication.name);
@@ -129,10 +159,26 @@ mod tests {
     #[test]
     fn every_sheet_belongs_to_an_item() {
         for publication in PUBLICATIONS {
-            let shown = |id: &'static str| publication.items.iter().any(|i| i.shown == Shown::Sheet(id));
+            let of = |i: &PaperItem, id: &str| match i.shown {
+                Shown::Sheet(sheet) | Shown::Findings { sheet, .. } => sheet == id,
+                _ => false,
+            };
+            let shown = |id: &str| publication.items.iter().any(|i| of(i, id));
             for id in publication.sheets {
                 assert!(shown(id), "{}: no item has the sheet `{id}`", publication.name);
             }
         }
+    }
+
+    /// Findings take the place of the stated verdict, those of the item alone.
+    #[test]
+    fn verdicts_come_from_findings() {
+        let item = found("Figs 2 and 3", "figures", "Figs 2, 3", "reproduced");
+        assert_eq!(item.verdict_by(&[]), "reproduced");
+        let mut sheet = Sheet::new("figures", "cases", "case", &[]);
+        sheet.findings = vec!["Figs 2, 3: beyond the criterion".into(), "Figs 20, 21: held".into()];
+        assert_eq!(item.verdict_by(&[sheet.clone()]), "beyond the criterion");
+        sheet.id = "another";
+        assert_eq!(item.verdict_by(&[sheet]), "reproduced");
     }
 }

@@ -8,6 +8,7 @@
 //! | `cases` | the cases, the numbers of the reference, what the paper says |
 //! | `sheets` | the tables |
 //! | `curves` | a figure for each figure |
+//! | `full` | masses whose momentum and inertia are not neglected |
 //! | `entry` | a re-entry from orbit with an offset, and with masses that point its lift |
 
 use super::stop::Stop;
@@ -17,12 +18,14 @@ use super::{HandOn, Publication};
 mod cases;
 mod curves;
 mod entry;
+mod full;
 mod items;
 mod sheets;
 #[cfg(test)]
 mod tests;
 
-const SHEETS: [&str; 6] = ["figures", "paper-figures", "oscillation", "authority", "rates", "re-entry"];
+const SHEETS: [&str; 7] =
+    ["figures", "paper-figures", "oscillation", "authority", "rates", "full-masses", "re-entry"];
 
 pub(super) const PUBLICATION: Publication = Publication {
     name: "moving-mass",
@@ -44,6 +47,7 @@ fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
     hand_on(sheets::oscillation()?)?;
     hand_on(sheets::authority(threads)?)?;
     hand_on(sheets::rates(threads)?)?;
+    hand_on(full::sheet(threads)?)?;
     hand_on(entry::sheet(threads, workers.observer)?)
 }
 

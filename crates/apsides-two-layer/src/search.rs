@@ -126,6 +126,7 @@ fn rules(ocp: &Ocp, profile: &ProfileModel, s: &TwoLayerSettings) -> Result<Flig
         least_intervals: s.least_intervals,
         free_lengths: s.free_lengths,
         continuous: s.continuous && s.degree > 0,
+        most_degree: s.most_degree.unwrap_or(s.degree),
         ..ProfileShape::new(s.degree, s.most_intervals, profile.bounds.clone())
     };
     let stop = Stop::at_end(&ocp.phases[0], &profile.stop)?;

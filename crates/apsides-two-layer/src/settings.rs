@@ -45,13 +45,15 @@ pub struct TwoLayerSettings {
     pub search: Search,
     /// Degree of the polynomials, 0 to 5; 1.
     pub degree: usize,
+    /// Largest degree: that of each sub-interval is searched from [`degree`](Self::degree) up to it; none: all have that one.
+    pub most_degree: Option<usize>,
     /// Fewest sub-intervals; their number is searched up to the next setting; 3.
     pub least_intervals: usize,
     /// Most sub-intervals; 3.
     pub most_intervals: usize,
     /// True if the lengths of the sub-intervals are searched; false.
     pub free_lengths: bool,
-    /// True if controls of degree 1 and more are continuous between sub-intervals; true.
+    /// True if controls are continuous between sub-intervals, where no degree can be 0; true.
     pub continuous: bool,
     /// The way in which misses and excesses count; as a penalty.
     pub ranking: Ranking,
@@ -68,6 +70,7 @@ impl Default for TwoLayerSettings {
         Self {
             search: Search::default(),
             degree: 1,
+            most_degree: None,
             least_intervals: 3,
             most_intervals: 3,
             free_lengths: false,

@@ -40,12 +40,29 @@ pub(super) const PERILUNE: &[Key] =
 
 pub(super) const DEPARTURE_IMPULSE: &str = "departure_impulse_m_s";
 
-pub(super) const DEPARTURE: &[Key] = &[Key::number(
-    DEPARTURE_IMPULSE,
-    0.0,
-    Range::closed(0.0, 2_000.0),
-    "impulse against the motion with which the perilune is left; enough of it removes the rise at first",
-)];
+pub(super) const FREE_DEPARTURE: &str = "free_departure_impulse";
+pub(super) const LARGEST_DEPARTURE: &str = "largest_departure_impulse_m_s";
+
+pub(super) const DEPARTURE: &[Key] = &[
+    Key::number(
+        DEPARTURE_IMPULSE,
+        0.0,
+        Range::closed(0.0, 2_000.0),
+        "impulse against the motion with which the perilune is left; enough of it removes the rise at first",
+    ),
+    Key::flag(
+        FREE_DEPARTURE,
+        false,
+        "whether the size of this impulse is optimised for the largest mass at touchdown, its propellant counted; the search starts at the one \
+         given, and none at all is an optimum among small ones",
+    ),
+    Key::number(
+        LARGEST_DEPARTURE,
+        1_500.0,
+        Range::closed(0.1, 2_000.0),
+        "largest impulse where its size is optimised",
+    ),
+];
 
 pub(super) const OBJECTIVE: &str = "optimum_of";
 pub(super) const FLIGHT_TIME: &str = "flight-time";

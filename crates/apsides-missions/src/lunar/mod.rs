@@ -24,6 +24,7 @@ use ignition::Ignition;
 use motion::LandingMotion;
 use phases::{COAST, DESCENT, PeriluneAltitude, Target};
 
+mod departure;
 mod dispersed;
 #[cfg(feature = "flatness")]
 mod flat;
@@ -35,6 +36,7 @@ mod motion;
 mod phases;
 mod results;
 
+pub use departure::FreeDeparture;
 pub use lander::{LunarLander, Objective, Throttle, TouchdownThrust};
 
 /// A soft landing from a circular lunar orbit.
@@ -53,6 +55,8 @@ pub struct PeriluneLanding {
     pub perilune_altitude: f64,
     /// Impulse against the motion with which the perilune is left, m/s.
     pub departure_impulse: f64,
+    /// Its bound where its size is optimised; the flight then has the largest final mass.
+    pub free_departure: Option<FreeDeparture>,
 }
 
 /// Braking from a perilune to a gate with no horizontal speed, then a vertical descent.
@@ -168,9 +172,28 @@ impl Mission for DirectLanding {
 }
 
 impl PeriluneLanding {
+    /// The perilune as the transfer passes it.
+    fn perilune(&self, refuse: Refuse<'_>) -> Result<Ignition, Error> {
+        Ignition::at_perilune(&self.lander, self.perilune_altitude, keys::PERILUNE_ALTITUDE, refuse)
+    }
+
     fn ignition(&self, refuse: Refuse<'_>) -> Result<Ignition, Error> {
-        Ignition::at_perilune(&self.lander, self.perilune_altitude, keys::PERILUNE_ALTITUDE, refuse)?
-            .after_impulse(self.departure_impulse, refuse)
+        self.perilune(refuse)?.after_impulse(self.departure_impulse, refuse)
+    }
+
+    /// The landing with the size of its impulse as an unknown. No description in flat outputs has it.
+    fn with_free_departure(&self, departure: FreeDeparture) -> Result<Posed, Error> {
+        let refuse: Refuse<'_> = &|reason| Error::in_mission(reason);
+        let perilune = self.perilune(refuse)?;
+        let mut phases = perilune.landing(perilune.touchdown());
+        phases[0] = departure.opened(phases[0].clone());
+        let [first, last] = [&phases[0], &phases[phases.len() - 1]].map(|p| p.name.clone());
+        let ocp = departure.posed(chain("lunar landing after an impulse", phases), &first, &perilune);
+        let ocp = objective(ocp, &last, &perilune).build()?;
+        let start = self.ignition(refuse)?;
+        let (guesses, _) = landing_guess(&start, start.touchdown(), self.lander.touchdown_radial_speed)?;
+        let guess = Guess { parameters: vec![self.departure_impulse], ..Guess::from_phases(&ocp, guesses) };
+        Ok(Posed::new(ocp, guess))
     }
 }
 
@@ -202,17 +225,25 @@ impl Mission for PeriluneLanding {
     }
 
     fn read(values: &Values) -> Result<Self, Error> {
-        let mission = Self {
+        let mut mission = Self {
             lander: throttled_lander(values)?,
             perilune_altitude: values.number(keys::PERILUNE_ALTITUDE)? * 1e3,
             departure_impulse: values.number(keys::DEPARTURE_IMPULSE)?,
+            free_departure: None,
         };
+        if values.flag(keys::FREE_DEPARTURE)? {
+            mission.lander.objective = Objective::FinalMass;
+            mission.free_departure = Some(free_departure(values, &mission)?);
+        }
         mission.ignition(&|reason| values.conflict(reason))?;
         Ok(mission)
     }
 
     fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
-        single(&self.ignition(&|reason| Error::in_mission(reason))?)
+        match self.free_departure {
+            Some(departure) => self.with_free_departure(departure),
+            None => single(&self.ignition(&|reason| Error::in_mission(reason))?),
+        }
     }
 
     results_of_its_lander!(HEADLINE);
@@ -410,6 +441,27 @@ fn throttled_lander(values: &Values) -> Result<LunarLander, Error> {
         touchdown_thrust: TouchdownThrust::read(values)?,
         ..LunarLander::read(values)?
     })
+}
+
+/// The bound of an impulse whose size is optimised: from the one given on, below the speed at the perilune.
+fn free_departure(values: &Values, mission: &PeriluneLanding) -> Result<FreeDeparture, Error> {
+    let largest = values.number(keys::LARGEST_DEPARTURE)?;
+    if mission.departure_impulse > largest {
+        return Err(values.conflict(format!(
+            "`{}` is {}, it must not be above `{}` = {largest}",
+            keys::DEPARTURE_IMPULSE,
+            mission.departure_impulse,
+            keys::LARGEST_DEPARTURE
+        )));
+    }
+    let speed = mission.perilune(&|reason| values.conflict(reason))?.horizontal_speed;
+    if largest >= speed {
+        return Err(values.conflict(format!(
+            "`{}` is {largest}, it must be below the speed at the perilune, {speed:.1} m/s",
+            keys::LARGEST_DEPARTURE
+        )));
+    }
+    Ok(FreeDeparture { largest })
 }
 
 /// Time where the thrust is full, for it is the propellant then, unless the mass is asked for; else the final mass.

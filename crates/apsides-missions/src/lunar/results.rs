@@ -33,6 +33,8 @@ impl LunarLander {
         put("flight_time_s", Some(last.final_time));
         put("final_mass_kg", final_mass);
         put("ignition_mass_kg", at_begin(first, MASS));
+        // The one parameter that a landing may have.
+        put("departure_impulse_m_s", t.parameters.first().copied());
         put("propellant_kg", final_mass.map(|mass| self.initial_mass - mass));
         if let Some(p) = planar(t).find(|p| p.name != COAST) {
             put("initial_thrust_angle_deg", thrust_angle(p, p.initial_time).map(f64::to_degrees));

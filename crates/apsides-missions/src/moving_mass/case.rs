@@ -17,6 +17,8 @@ pub struct Case {
     pub vehicle: Vehicle,
     /// Its moving masses.
     pub masses: Masses,
+    /// The part of their motion that the capsule feels.
+    pub mass_model: MassModel,
     /// The law that commands them.
     pub law: Law,
     /// Limits of the actuators that follow the commands.
@@ -94,6 +96,19 @@ pub enum Masses {
         allocation: Allocation,
         /// Angle between the masses at which they touch, rad; 0 lets them pass each other.
         least_separation: f64,
+    },
+}
+
+/// The part of the masses' motion that the capsule feels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MassModel {
+    /// The centre of mass alone moves, as in the paper: inertia and momentum are those with both masses on the axis.
+    QuasiStatic,
+    /// Momentum and inertia of the masses, too: the capsule recoils when they start, stop and turn with it.
+    Full {
+        /// Plane of the masses ahead of the centre of mass, m. A mass that moves across in front of the centre turns the capsule by its
+        /// momentum.
+        station: f64,
     },
 }
 
@@ -217,6 +232,7 @@ impl Case {
                 damping_factor: 1.0,
             },
             masses,
+            mass_model: MassModel::QuasiStatic,
             law: Law::pid(PidGains::new(10.0, 5.0, 5.0)),
             actuators: ActuatorLimits::IDEAL,
             sensors: SensorErrors::NONE,
@@ -285,7 +301,7 @@ impl Case {
         Ok(body.in_wind(Wind::new(&[0.0, 12e3, 30e3], &profile(north), &profile(east))?))
     }
 
-    /// The capsule with its moving masses, in the station of the centre of mass.
+    /// The capsule with its moving masses. The quasi-static model does not depend on their station.
     pub(super) fn vehicle(&self) -> Result<MovingMassVehicle, DynamicsError> {
         let (layout, mass) = match self.masses {
             Masses::Cross { mass, travel } => {
@@ -293,6 +309,10 @@ impl Case {
             }
             Masses::Radial { mass, radius, .. } => (Layout::Radial { radius }, mass),
         };
-        MovingMassVehicle::new(self.body()?, layout, [mass; 2], 0.0)
+        let station = match self.mass_model {
+            MassModel::QuasiStatic => 0.0,
+            MassModel::Full { station } => station,
+        };
+        MovingMassVehicle::new(self.body()?, layout, [mass; 2], station)
     }
 }

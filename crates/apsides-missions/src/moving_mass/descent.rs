@@ -1,13 +1,15 @@
 //! A case ready to fly, and the metrics of its flights.
 
+use apsides_ad::Dynamics;
 use apsides_control::record::{Recording, Sample};
 use apsides_control::simulation::{Breach, Ending, Flight, Integration, Simulation, SimulationSettings};
-use apsides_dynamics::MovingMassVehicle;
 use apsides_dynamics::rigid_body::{FlightCondition, STATES};
+use apsides_dynamics::{MovingMassVehicle, RigidBody};
 use apsides_ode::Direction;
 
-use super::case::{Case, Masses, Run};
+use super::case::{Case, MassModel, Masses, Run};
 use super::drives::Drives;
+use super::full_masses::{FullMasses, MovedDrives, StrokeLaw, positions_at, stroke_end};
 use super::state::BodyState;
 use super::steering::{Design, SteeringLaw, angles};
 use apsides_pipeline::Error;
@@ -108,7 +110,7 @@ impl Descent {
         let descent = Self { case: case.clone(), vehicle, design, start, settings };
         Drives::new(&case.masses, &case.actuators, case.run.sample_time)?;
         SteeringLaw::new(case, &descent.vehicle, &descent.design)?;
-        descent.simulation()?;
+        descent.simulation(&descent.vehicle, |positions| *positions)?;
         Ok(descent)
     }
 
@@ -134,18 +136,23 @@ impl Descent {
         &self.start
     }
 
-    fn simulation(&self) -> Result<Simulation<'_, MovingMassVehicle, 13, 2>, Error> {
+    /// The simulation of a model of the vehicle, whose controls tell positions of the masses.
+    fn simulation<'a, M: Dynamics<13, NU>, const NU: usize>(
+        &'a self,
+        model: &'a M,
+        positions: fn(&[f64; NU]) -> [f64; 2],
+    ) -> Result<Simulation<'a, M, 13, NU>, Error> {
         let vehicle = &self.vehicle;
         let body = vehicle.body();
         let [_, fastest] = body.aerodynamics().table().mach_range();
-        let mut simulation = simulation(vehicle, self.case.run, self.settings.clone())?
+        let mut simulation = simulation(model, body, self.case.run, self.settings.clone())?
             .monitor(Breach::TableLeft, move |_, x, _| {
                 let (altitude, air) = body.air(x);
                 let speed = air.iter().map(|c| c * c).sum::<f64>().sqrt();
                 fastest * body.atmosphere.speed_of_sound(altitude) - speed
             })
             .monitor(Breach::TravelExceeded, move |_, _, u| {
-                vehicle.layout().range_left(*u).map_or(-1.0, |()| 1.0)
+                vehicle.layout().range_left(positions(u)).map_or(-1.0, |()| 1.0)
             });
         if let Masses::Radial { least_separation, .. } = self.case.masses
             && least_separation > 0.0
@@ -170,9 +177,24 @@ impl Descent {
     /// As of [`fly`](Self::fly).
     pub fn fly_watched(&self, record: &mut Record, watch: &Watch<'_>) -> Result<Metrics, Error> {
         let mut law = SteeringLaw::new(&self.case, &self.vehicle, &self.design)?;
-        let mut drives = Drives::new(&self.case.masses, &self.case.actuators, self.case.run.sample_time)?;
-        let simulation = watched(self.simulation()?, watch);
-        let flight = simulation.fly(&self.start, &mut law, &mut drives, None, record)?;
+        let sample_time = self.case.run.sample_time;
+        let mut drives = Drives::new(&self.case.masses, &self.case.actuators, sample_time)?;
+        let flight = match self.case.mass_model {
+            MassModel::QuasiStatic => {
+                let simulation = watched(self.simulation(&self.vehicle, |positions| *positions)?, watch);
+                simulation.fly(&self.start, &mut law, &mut drives, None, record)?
+            }
+            MassModel::Full { .. } => {
+                let model = FullMasses::new(&self.vehicle, sample_time);
+                let simulation = watched(self.simulation(&model, stroke_end)?, watch);
+                let mut strokes = Recording::every(record.interval());
+                let mut law = StrokeLaw::new(law);
+                let mut drives = MovedDrives::new(drives, sample_time);
+                let flight = simulation.fly(&self.start, &mut law, &mut drives, None, &mut strokes)?;
+                record.refill(strokes.samples().iter().map(|s| positions_at(s, sample_time)))?;
+                flight
+            }
+        };
         Ok(self.metrics(&flight, record.samples()))
     }
 
@@ -286,15 +308,15 @@ pub(super) fn settings(run: &Run) -> SimulationSettings<13> {
     }
 }
 
-/// A simulation that ends at the lowest height of a run and where the capsule tumbles.
-pub(super) fn simulation(
-    vehicle: &MovingMassVehicle,
+/// A simulation of a model of a body that ends at the lowest height of a run and where the capsule tumbles.
+pub(super) fn simulation<'a, M: Dynamics<13, NU>, const NU: usize>(
+    model: &'a M,
+    body: &'a RigidBody,
     run: Run,
     settings: SimulationSettings<13>,
-) -> Result<Simulation<'_, MovingMassVehicle, 13, 2>, Error> {
-    let body = vehicle.body();
+) -> Result<Simulation<'a, M, 13, NU>, Error> {
     let least_cosine = run.tumbling.cos();
-    Ok(Simulation::new(vehicle, settings)?
+    Ok(Simulation::new(model, settings)?
         .projection(unit_attitude)
         .stop(LOWEST, Direction::Falling, move |_, x| {
             body.ground.altitude(&BodyState::of(x).position) - run.stop_altitude
@@ -306,10 +328,10 @@ pub(super) fn simulation(
 }
 
 /// The simulation, ended by who watches it.
-pub(super) fn watched<'a>(
-    simulation: Simulation<'a, MovingMassVehicle, 13, 2>,
+pub(super) fn watched<'a, M: Dynamics<13, NU>, const NU: usize>(
+    simulation: Simulation<'a, M, 13, NU>,
     watch: &'a Watch<'_>,
-) -> Simulation<'a, MovingMassVehicle, 13, 2> {
+) -> Simulation<'a, M, 13, NU> {
     simulation.monitor(Breach::Limit(INTERRUPTED), move |t, _, _| if watch(t) { 1.0 } else { -1.0 })
 }
 

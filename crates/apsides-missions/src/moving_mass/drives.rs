@@ -36,6 +36,15 @@ impl Actuation<2> for Drives {
 }
 
 impl Drives {
+    /// Positions of the masses.
+    pub(super) fn positions(&self) -> [f64; 2] {
+        let drives = match self {
+            Self::Apart(drives) => drives,
+            Self::OnRim(pair) => pair.actuators(),
+        };
+        [drives[0].position(), drives[1].position()]
+    }
+
     /// Actuators in their neutral positions.
     ///
     /// # Errors

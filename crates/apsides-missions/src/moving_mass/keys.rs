@@ -6,6 +6,7 @@ use crate::data;
 
 pub(super) const SMOOTH: &str = "smooth";
 pub(super) const UNSTABLE: &str = "unstable";
+pub(super) const FULL: &str = "full";
 pub(super) const ANGLES: &str = "angles";
 pub(super) const ELLIPSOID: &str = "ellipsoid";
 pub(super) const BY_ACTUATORS: &str = "actuators";
@@ -51,8 +52,20 @@ pub(super) const VEHICLE: &[Key] = &[
     Key::number("damping_factor", 1.0, ANY, "factor on the damping in pitch and yaw"),
 ];
 
-pub(super) const MASSES: &[Key] =
-    &[Key::number("moving_mass_kg", 10.0, Range::POSITIVE, "each of the two moving masses")];
+pub(super) const MASSES: &[Key] = &[
+    Key::number("moving_mass_kg", 10.0, Range::POSITIVE, "each of the two moving masses"),
+    Key::choice(
+        "masses",
+        &["quasi-static", FULL],
+        "the masses move the centre of mass alone, as in the paper, or the capsule feels their momentum and inertia, too",
+    ),
+    Key::number(
+        "mass_station_m",
+        0.0,
+        Range::closed(-100.0, 100.0),
+        "plane of the masses ahead of the centre of mass, with `masses = \"full\"`",
+    ),
+];
 
 pub(super) const CROSS: &[Key] = &[
     Key::number("least_travel_m", -0.7, Range::closed(-100.0, 0.0), "least position of each mass"),

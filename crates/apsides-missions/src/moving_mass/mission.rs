@@ -13,8 +13,8 @@ use apsides_pipeline::values::Values;
 use apsides_pipeline::{Error, Kind, Mission, Offers, Outcome, Pipeline, Simulated};
 
 use super::case::{
-    ActuatorLimits, Allocation, AntiWindupBy, Case, DampingSet, Earth, Entry, Masses, Run, SensorErrors,
-    Vehicle,
+    ActuatorLimits, Allocation, AntiWindupBy, Case, DampingSet, Earth, Entry, MassModel, Masses, Run,
+    SensorErrors, Vehicle,
 };
 use super::descent::Descent;
 use super::dispersion::Descents;
@@ -197,6 +197,10 @@ fn read_case(v: &Values, masses: fn(&Values) -> Result<Masses, Error>) -> Result
     let case = Case {
         vehicle: read_vehicle(v)?,
         masses: masses(v)?,
+        mass_model: match v.word("masses")? {
+            keys::FULL => MassModel::Full { station: v.number("mass_station_m")? },
+            _ => MassModel::QuasiStatic,
+        },
         law: read_law(v)?,
         actuators: ActuatorLimits {
             rate: v.limit("rate_limit_m_s")?,

@@ -27,6 +27,7 @@
 //! | `law` | the laws and their numbers |
 //! | `steering` | what commands the masses |
 //! | `drives` | what moves the masses |
+//! | `full_masses` | masses whose momentum and inertia the capsule feels |
 //! | `descent` | a case ready to fly, and what flights amount to |
 //! | `simulation` | the flight of a case as a report |
 //! | `dispersion` | flights of a case that deviate at random |
@@ -48,6 +49,7 @@ mod cases;
 mod descent;
 mod dispersion;
 mod drives;
+mod full_masses;
 mod keys;
 mod law;
 mod margins;
@@ -63,8 +65,8 @@ mod tests;
 mod tuning;
 
 pub use case::{
-    ActuatorLimits, Allocation, AntiWindupBy, Case, DampingSet, Earth, Entry, Masses, Run, SensorErrors,
-    Vehicle,
+    ActuatorLimits, Allocation, AntiWindupBy, Case, DampingSet, Earth, Entry, MassModel, Masses, Run,
+    SensorErrors, Vehicle,
 };
 pub use cases::{CaseSet, SetFlight, worst_flight};
 pub use descent::{Descent, Metrics, Record, Window, ending_text, ending_word};

@@ -7,7 +7,7 @@ use apsides_dynamics::rigid_body::STATES;
 use apsides_pipeline::simulation::{MarginLine, Simulated, SimulationSummary, Watch, figure};
 use apsides_pipeline::{Curve, Error};
 
-use super::case::{Case, Masses};
+use super::case::{Case, MassModel, Masses};
 use super::descent::{Descent, Metrics, Record, ending_text, ending_word};
 use super::margins::{LeastMargins, MARGIN_HEIGHTS, MarginRow, without_margins};
 
@@ -33,6 +33,11 @@ pub(super) fn simulate(case: &Case, watch: &Watch<'_>) -> Result<Simulated, Erro
             "the total angle of attack is beyond the table of coefficients for {:.2} s; they are held at its edge there",
             metrics.beyond_table
         ));
+    }
+    if case.mass_model != MassModel::QuasiStatic && !margins.is_empty() {
+        warnings.push(
+            "margins and root locus are those of quasi-static masses; the flight has the momentum of the masses".into(),
+        );
     }
     warnings.extend(descent.too_long_delay().map(without_margins));
     if let Some(row) = margins.iter().find(|row| !row.stable()) {

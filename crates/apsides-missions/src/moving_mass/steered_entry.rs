@@ -313,7 +313,7 @@ impl SteeredReady<'_> {
 
     fn simulation(&self) -> Result<Simulation<'_, MovingMassVehicle, 13, 2>, Error> {
         let run = self.entry.run();
-        simulation(&self.vehicle, run, settings(&run))
+        simulation(&self.vehicle, self.vehicle.body(), run, settings(&run))
     }
 
     /// Flies. The record is emptied first and holds the flight afterwards; it should keep every step.

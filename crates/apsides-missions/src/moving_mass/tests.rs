@@ -7,8 +7,8 @@ use apsides_dynamics::aerodynamics::Interpolation;
 
 use super::simulation::simulate;
 use super::{
-    Allocation, Case, Descent, DescentDeviations, Descents, Earth, Law, LeastMargins, Masses, Metrics,
-    Record, RegulatorSizes, SlidingSizes, case,
+    Allocation, Case, CaseSet, Descent, DescentDeviations, Descents, Earth, Law, LeastMargins, MassModel,
+    Masses, Metrics, Record, RegulatorSizes, SlidingSizes, Tuning, case, tune,
 };
 
 /// Published: root mean squares of the reference, as its steps leave them, relative.
@@ -275,4 +275,38 @@ fn long_delays_keep_the_flight() {
     case.actuators.delay = 10.0;
     let refused = LeastMargins::of(&case, &[case.vehicle.damping], &mut Record::every(1)).unwrap_err();
     assert!(refused.to_string().contains("are 1000 samples"), "{refused}");
+}
+
+/// `masses = "full"` in a mission: simulated with a word on its margins, dispersed on any number of threads, tuned.
+#[test]
+fn missions_with_full_masses() {
+    let load = |overrides: &[&str]| {
+        let stated: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
+        crate::registry().load("moving-mass-cross", &stated).map(|mission| case(&mission).unwrap())
+    };
+    let quasi = load(&[]).unwrap();
+    assert_eq!(quasi.mass_model, MassModel::QuasiStatic);
+    assert!(simulate(&quasi, &|_| true).unwrap().summary.warnings.is_empty());
+    let slow = ["rate_limit_m_s=0.1", "pid.attack_p=0.02032", "pid.attack_i=0.7798", "pid.attack_d=2.361"];
+    let sideslip = ["pid.sideslip_p=0.02032", "pid.sideslip_i=0.7798", "pid.sideslip_d=2.361"];
+    let full = load(&[&["masses=full", "mass_station_m=0.2"][..], &slow, &sideslip].concat()).unwrap();
+    assert_eq!(full.mass_model, MassModel::Full { station: 0.2 });
+    let flight = simulate(&full, &|_| true).unwrap();
+    assert_eq!(flight.summary.status, "completed");
+    assert!(flight.summary.warnings.iter().any(|w| w.contains("those of quasi-static masses")));
+    assert!(flight.summary.results["attack_rms_deg"] < 2.0 * HELD_DEG);
+    let fly = |case: &Case, threads| {
+        let dispersions = DescentDeviations { offset_m: [0.003; 2], ..DescentDeviations::default() };
+        let run = Descents { samples: 4, seed: 3, threads, dispersions };
+        run.run(case, Vec::new(), |_| true).unwrap().0
+    };
+    let still = Case { mass_model: MassModel::QuasiStatic, ..full.clone() };
+    assert_eq!(fly(&full, 1), fly(&full, 3));
+    assert_ne!(fly(&full, 1), fly(&still, 1));
+    let alone = CaseSet { directions: 0, attacks: Vec::new(), ..CaseSet::around(&full) };
+    let tuned = tune(&full, &Tuning { set: alone, evaluations: 1, ..Tuning::new(&full) }).unwrap();
+    assert!(tuned.held(), "{tuned:?}");
+    // 20 kg at 5 m have more inertia than the capsule.
+    let refused = load(&["masses=full", "mass_station_m=5"]).map(|c| c.mass_model).unwrap_err().to_string();
+    assert!(refused.contains("inertia"), "{refused}");
 }

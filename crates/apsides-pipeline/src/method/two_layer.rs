@@ -79,7 +79,12 @@ const KEYS: &[Key] = &[
         &[ENERGY, "time"],
         "what the controls are polynomials of: normalised energy, or time",
     ),
-    Key::count("search.degree", 1, 0, 5, "degree of the polynomials"),
+    Key::count("search.degree", 1, 0, 5, "degree of the polynomials; with the next key the least one"),
+    Key::optional(
+        "search.most_degree",
+        Range::closed(0.0, 5.0),
+        "largest degree: the degree of each sub-interval is searched from `search.degree` up to it; without it all have that one",
+    ),
     Key::count(
         "search.least_intervals",
         3,
@@ -181,6 +186,7 @@ pub(super) struct TwoLayerMethod {
     /// True if misses and excesses come before the objective.
     by_rules: bool,
     degree: usize,
+    most_degree: Option<usize>,
     intervals: [usize; 2],
     free_lengths: bool,
     continuous: bool,
@@ -204,6 +210,7 @@ impl TwoLayerMethod {
             algorithm: v.word(ALGORITHM)?.into(),
             by_rules: v.word("search.constraints")? == FEASIBILITY,
             degree: v.count("search.degree")?,
+            most_degree: most_degree(v)?,
             intervals: [v.count("search.least_intervals")?, v.count("search.most_intervals")?],
             free_lengths: v.flag("search.free_lengths")?,
             continuous: v.flag("search.continuous")?,
@@ -229,6 +236,7 @@ impl TwoLayerMethod {
             settings: TwoLayerSettings {
                 search: self.search_settings(case.threads, case.seed),
                 degree: self.degree,
+                most_degree: self.most_degree,
                 least_intervals,
                 most_intervals,
                 free_lengths: self.free_lengths,
@@ -291,6 +299,23 @@ impl MethodSettings for TwoLayerMethod {
     fn search_summary(&self, record: SearchRecord) -> Option<SearchSummary> {
         Some(self.summary(record))
     }
+}
+
+/// The largest degree, a whole number that is not below the least.
+fn most_degree(v: &Values) -> Result<Option<usize>, Error> {
+    let Some(most) = v.optional("search.most_degree")? else { return Ok(None) };
+    if most.fract() != 0.0 {
+        return Err(
+            v.conflict(format!("`search.most_degree` is {most}, it must be a whole number from 0 to 5"))
+        );
+    }
+    let least = v.count("search.degree")?;
+    if most < least as f64 {
+        return Err(v.conflict(format!(
+            "`search.most_degree` is {most}, it must not be below `search.degree` = {least}"
+        )));
+    }
+    Ok(Some(most as usize))
 }
 
 const NO_PROFILES: &str =

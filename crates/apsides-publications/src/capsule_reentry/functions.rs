@@ -13,8 +13,9 @@ use std::f64::consts::PI;
 use apsides_metaheuristics::{Search, SearchSpace, StopReason};
 use libm::{j0, j1};
 
+use super::contours::contour;
 use super::{ALGORITHMS, algorithm};
-use crate::sheet::{Sheet, median};
+use crate::sheet::{Graph, GraphSeries, Sheet, median};
 use crate::stop::Stop;
 use crate::workers::Workers;
 
@@ -129,7 +130,40 @@ pub(super) fn optima() -> Sheet {
             "(6) has two global minimisers, (1, {z:.12}) and ({z:.12}, 1); the printed one is the first."
         ),
     ];
+    sheet.graphs = contours();
     sheet
+}
+
+/// Squares along a side of the figures.
+const CELLS: usize = 160;
+
+/// Figs 1 and 2: contour lines, with the global minimiser and the printed one as dots. The paper prints neither levels nor numbers; (6) is drawn where its
+/// rings are wide enough to be seen.
+fn contours() -> Vec<Graph> {
+    let drawn = [
+        (1, "figure_01.svg", "Fig. 1", BOUND, [0.0, 2.0, 5.0, 10.0, 15.0]),
+        (2, "figure_01_half.svg", "Fig. 1", BOUND, [0.5, 2.0, 5.0, 10.0, 20.0]),
+        (0, "figure_02.svg", "Fig. 2", 3.0, [-0.2, 0.0, 0.2, 0.4, 0.8]),
+    ];
+    let graph = |(index, file, number, size, levels): (usize, &'static str, &str, f64, [f64; 5])| {
+        let (name, f) = FUNCTIONS[index];
+        let lines = levels.map(|level| GraphSeries {
+            label: format!("level {level}"),
+            line: contour(|at| f.value(at), size, CELLS, level),
+            dots: Vec::new(),
+        });
+        let points = [("global minimum", f.minimiser()), ("printed minimum", f.printed())];
+        let dots =
+            points.map(|(label, at)| GraphSeries { label: label.into(), line: Vec::new(), dots: vec![at] });
+        Graph {
+            file,
+            title: format!("{number}: contours of test function {name}"),
+            x: ("x", "-"),
+            y: ("y", "-"),
+            series: lines.into_iter().chain(dots).collect(),
+        }
+    };
+    drawn.map(graph).into()
 }
 
 /// Rate and speed at which each algorithm finds the least value.

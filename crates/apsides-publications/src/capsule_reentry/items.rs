@@ -1,12 +1,13 @@
 //! Items of the paper on re-entry by two layers.
 
 use crate::PaperItem;
-use crate::items::{command, nowhere, sheet};
+use crate::items::{command, found, sheet};
 
 pub(super) const ITEMS: &[PaperItem] = &[
-    sheet(
+    found(
         "(1) to (4), cooperation of colony, swarm and genetic algorithm: six steps",
         "profiles",
+        "Against single algorithms",
         "in the order of the paper; with an exchange after the cycle beside it",
     ),
     sheet(
@@ -17,11 +18,12 @@ pub(super) const ITEMS: &[PaperItem] = &[
     sheet(
         "Figs 1 and 2, contours of the test functions",
         "functions",
-        "minima beside the printed ones; contours have no numbers and are not drawn",
+        "drawn, with the minima beside the printed ones; the levels of the paper are not printed",
     ),
-    sheet(
+    found(
         "cooperation against single algorithms on the test functions",
         "function-searches",
+        "",
         "verdict by function",
     ),
     sheet("(7) to (15), collocation at Radau points", "moon-lander", "works"),
@@ -32,9 +34,10 @@ pub(super) const ITEMS: &[PaperItem] = &[
         "profiles",
         "the decimals are lost in every copy: no row can be compared",
     ),
-    nowhere(
+    sheet(
         "largest number of sub-intervals and highest degree as inputs, with a degree of each sub-interval in the searched string",
-        "number and lengths are searched, the degree is one for all (search.degree); with the decimals of Table 1 lost no row depends on it",
+        "profiles",
+        "searched with up to 3 sub-intervals of degrees 0 to 3, number, lengths and degrees free (search.most_degree)",
     ),
     sheet(
         "Figs 7 to 10, profiles",
@@ -50,13 +53,18 @@ pub(super) const ITEMS: &[PaperItem] = &[
     sheet(
         "Figs 11 to 19, limits on dynamic pressure, heat rate, load",
         "limits-e",
-        "heat load and times over each limit",
+        "the quantity, the bank angle and all states over time, a curve a limit; heat load over each limit",
     ),
     command(
         "histories of all states under each limit",
         "sweep capsule-reentry --set heat_rate_limit_kw_m2=800,900 --out limits",
         "a report for each",
     ),
-    sheet("claim: the search layer helps collocation", "layers", "iterations and times with and without it"),
+    found(
+        "claim: the search layer helps collocation",
+        "layers",
+        "",
+        "iterations and times with and without it",
+    ),
     sheet("claim: random starts", "starts", "by kind of start"),
 ];

@@ -1,5 +1,7 @@
 //! The re-entry in the two models of the reference, and its solves.
 
+use apsides_dynamics::Quantity;
+use apsides_dynamics::entry::STATES;
 use apsides_nlp::{Flow, IterationRecord, Status};
 
 use apsides_ocp::{Guess, Mesh};
@@ -82,8 +84,20 @@ pub(super) struct SolveNumbers {
     pub(super) times: [f64; 2],
     /// Time (s) and bank angle (deg).
     pub(super) bank: Vec<[f64; 2]>,
+    /// Dynamic pressure (kPa), acceleration (m/s2) and heat rate (kW/m2) over time (s).
+    pub(super) loads: [Vec<[f64; 2]>; 3],
+    /// States over time, with their names and units.
+    pub(super) states: Vec<Line>,
     /// The optimum on the mesh of the reference, without refinement, if that was asked for; MJ/m2.
     pub(super) same_mesh: Option<f64>,
+}
+
+/// A quantity over time, with its name and unit.
+#[derive(Clone, Debug)]
+pub(super) struct Line {
+    pub(super) name: &'static str,
+    pub(super) unit: &'static str,
+    pub(super) points: Vec<[f64; 2]>,
 }
 
 impl SolveNumbers {
@@ -193,8 +207,53 @@ fn solved(outcome: &Outcome, limits: Limits, iterations: &[usize]) -> SolveNumbe
         meshes: iterations.len(),
         times: [search / 1e3, (summary.timing_ms.solve - search) / 1e3],
         bank: bank(&outcome.trajectory),
+        loads: [0, 1, 2].map(|k| load(outcome, k, limits[k])),
+        states: states(outcome),
         same_mesh: None,
     }
+}
+
+/// The figure of a mission with its loads by their limits, or by their peaks where they have none.
+const LOADS: &str = "Loads relative to their limits, or to their peaks";
+const LOAD_NAMES: [&str; 3] = ["dynamic pressure", "aerodynamic acceleration", "heat rate"];
+
+/// A load over time, in the unit of its limit.
+fn load(outcome: &Outcome, k: usize, limit: f64) -> Vec<[f64; 2]> {
+    let size = match limit.is_finite() {
+        true => limit,
+        false => outcome.summary.results.get(PEAK_KEYS[k]).copied().unwrap_or(f64::NAN),
+    };
+    let curve = outcome.curves.iter().find(|c| c.title == LOADS);
+    let series = curve.and_then(|c| c.series.iter().find(|(name, _)| name == LOAD_NAMES[k]));
+    let points = series.map_or(&[][..], |(_, points)| points);
+    points.iter().map(|[time, part]| [*time, part * size]).collect()
+}
+
+/// The six states over time: lengths in km, angles in deg, speeds in m/s.
+fn states(outcome: &Outcome) -> Vec<Line> {
+    let (Some(phase), Some(flown)) = (outcome.ocp.phases.first(), outcome.trajectory.phases.first()) else {
+        return Vec::new();
+    };
+    let line = |quantity: &Quantity| {
+        let k = phase.states.iter().position(|s| s.variable.name == quantity.name)?;
+        let (factor, unit) = match quantity.unit {
+            "m" => (1e-3, "km"),
+            "rad" => (1_f64.to_degrees(), "deg"),
+            unit => (1.0, unit),
+        };
+        let at = |n: usize| {
+            let time = sampled(flown, n);
+            [time, flown.state_at(time).get(k).map_or(f64::NAN, |v| v * factor)]
+        };
+        Some(Line { name: quantity.name, unit, points: (0..=SAMPLES).map(at).collect() })
+    };
+    STATES.iter().filter_map(line).collect()
+}
+
+/// The time of a sample of a flight.
+fn sampled(phase: &apsides_ocp::PhaseTrajectory, k: usize) -> f64 {
+    let part = k as f64 / SAMPLES as f64;
+    phase.initial_time * (1.0 - part) + phase.final_time * part
 }
 
 /// Samples of a curve of the bank angle.
@@ -204,8 +263,7 @@ const SAMPLES: usize = 400;
 pub(super) fn bank(t: &apsides_ocp::Trajectory) -> Vec<[f64; 2]> {
     let Some(phase) = t.phases.first() else { return Vec::new() };
     let at = |k: usize| {
-        let part = k as f64 / SAMPLES as f64;
-        let time = phase.initial_time * (1.0 - part) + phase.final_time * part;
+        let time = sampled(phase, k);
         let bank = match phase.control_at(time)[..] {
             [cos, sin] => sin.atan2(cos),
             ref angle => angle.first().copied().unwrap_or(f64::NAN),

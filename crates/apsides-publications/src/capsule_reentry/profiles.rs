@@ -2,7 +2,7 @@
 
 use super::model::{Begin, Model, bank, mission, solve};
 use super::reference::{BASE, search_of};
-use super::{ALGORITHMS, COOPERATION, choice};
+use super::{AFTER_CYCLE, ALGORITHMS, COOPERATION, choice};
 use crate::change::{Change, flag, number, word};
 use crate::sheet::{Graph, GraphSeries, Sheet, median};
 use crate::stop::Stop;
@@ -18,7 +18,7 @@ pub(super) struct Form {
     figure: &'static str,
 }
 
-pub(super) const FORMS: [Form; 3] = [
+pub(super) const FORMS: [Form; 4] = [
     Form {
         name: "3 constants",
         changes: &[
@@ -47,6 +47,19 @@ pub(super) const FORMS: [Form; 3] = [
             flag("search.free_lengths", true),
         ],
         figure: "searches_3_joined_lines.svg",
+    },
+    // As the paper codes profiles: a largest number of sub-intervals and a largest degree; number, lengths and degrees are searched.
+    Form {
+        name: "up to 3 polynomials of degrees 0 to 3",
+        changes: &[
+            number("search.degree", 0.0),
+            number("search.most_degree", 3.0),
+            number("search.least_intervals", 1.0),
+            number("search.most_intervals", 3.0),
+            flag("search.free_lengths", true),
+            flag("search.continuous", false),
+        ],
+        figure: "searches_free_degrees.svg",
     },
 ];
 
@@ -209,7 +222,7 @@ fn findings(forms: &[Form], groups: &[Group], least: f64) -> Vec<String> {
             };
             let mut lists: [Vec<String>; 3] = Default::default();
             for &(algorithm, end) in ends.iter().filter(|e| ALGORITHMS[e.0].0 != COOPERATION) {
-                let place = if (end - own).abs() <= EQUAL { 1 } else { 2 * usize::from(end < own) };
+                let place = placed(end, own);
                 lists[place].push(format!("{} ({end:.2} %)", ALGORITHMS[algorithm].1));
                 score[algorithm][place] += 1;
             }
@@ -232,7 +245,34 @@ fn findings(forms: &[Form], groups: &[Group], least: f64) -> Vec<String> {
         "By the median at the end, the cooperation beats each algorithm alone so often: {}.",
         counts.join(", ")
     ));
+    let orders =
+        [(COOPERATION, "in the order of the paper"), (AFTER_CYCLE, "with the exchange after the cycle")];
+    let beside: Vec<String> =
+        orders.iter().map(|(word, order)| against_single(groups, word, order, least)).collect();
+    findings.push(format!("Against single algorithms: {}.", beside.join("; ")));
     findings
+}
+
+/// So often a cooperation ends lower than single algorithms, over energy, where both kinds of exchange are searched.
+fn against_single(groups: &[Group], own: &str, order: &str, least: f64) -> String {
+    // Ahead, equal, behind.
+    let mut score = [0; 3];
+    let is_single = |g: &Group| ![COOPERATION, AFTER_CYCLE].contains(&ALGORITHMS[g.algorithm].0);
+    let cooperations = groups.iter().filter(|g| g.abscissa == 0 && ALGORITHMS[g.algorithm].0 == own);
+    for cooperation in cooperations {
+        let Some(end) = cooperation.median_excess(least) else { continue };
+        let singles = groups.iter().filter(|g| g.is_of(cooperation.form, 0) && is_single(g));
+        for other in singles.filter_map(|g| g.median_excess(least)) {
+            score[placed(other, end)] += 1;
+        }
+    }
+    let [ahead, equal, behind] = score;
+    format!("{order} the cooperation beats {ahead}, equals {equal} and is worse than {behind}")
+}
+
+/// 0 where another median is above the own one, 1 where they are equal, 2 where it is below.
+fn placed(other: f64, own: f64) -> usize {
+    if (other - own).abs() <= EQUAL { 1 } else { 2 * usize::from(other < own) }
 }
 
 /// Largest excess that figures show, %.

@@ -3,6 +3,7 @@
 const NONE: f64 = f64::INFINITY;
 
 /// Limits and the optimum under them.
+#[derive(Clone, Copy)]
 pub(super) struct ReferenceRow {
     /// Dynamic pressure (kPa), acceleration (m/s2), heat rate (kW/m2).
     pub(super) limits: [f64; 3],

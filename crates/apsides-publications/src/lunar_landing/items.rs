@@ -55,7 +55,7 @@ pub(super) const ITEMS: &[PaperItem] = &[
     sheet(
         "the rise of the path at first, to be removed by an impulse when the perilune is left",
         "rise",
-        "impulse and its price by perilune altitude (key departure_impulse_m_s)",
+        "impulse and its price by perilune altitude (key departure_impulse_m_s), and the best impulse (free_departure_impulse)",
     ),
     sheet(
         "conclusion: tracking under noise, disturbance, uncertainty",

@@ -3,7 +3,7 @@
 use apsides_ocp::Trajectory;
 
 use super::{OWN_METHOD, miss};
-use crate::change::{Change, number, word};
+use crate::change::{Change, flag, number, word};
 use crate::sheet::Sheet;
 use crate::stop::{Stop, ended, keep, solved};
 use crate::workers::Workers;
@@ -205,6 +205,9 @@ pub(super) fn rise(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             ("price_kg", 4),
             ("flight_time_s", 3),
             ("flight_time_with_impulse_s", 3),
+            ("best_impulse_m_s", 2),
+            ("propellant_with_best_impulse_kg", 4),
+            ("best_verified", 0),
         ],
     );
     let rows = workers.all(&PERILUNES_KM, |&perilune, observer| {
@@ -228,23 +231,44 @@ pub(super) fn rise(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             let middle = 0.5 * (lower + upper);
             if solve(middle)?[0] > NO_RISE_M { lower = middle } else { upper = middle }
         }
-        Ok((without, upper, solve(upper)?))
+        let removed = solve(upper)?;
+        // The size of the impulse as an unknown, for the mass at touchdown with the propellant of the impulse counted.
+        let mut best = |start: f64| {
+            let changes = [
+                number("perilune_altitude_km", perilune),
+                number("departure_impulse_m_s", start),
+                flag("free_departure_impulse", true),
+            ];
+            let (_, best) = solved("lunar-perilune", &changes, 1, None, &mut *observer)?;
+            let of = |key: &str| best.summary.results.get(key).copied().unwrap_or(f64::NAN);
+            let verified = best.summary.certificate.is_verified();
+            Ok::<_, Stop>(([of("departure_impulse_m_s"), of("propellant_kg")], verified))
+        };
+        let (from_none, from_removal) = (best(0.0)?, best(upper)?);
+        Ok((without, upper, removed, from_none.0[0], from_removal))
     })?;
     let mut prices = Vec::new();
     for (perilune, row) in PERILUNES_KM.iter().zip(rows) {
         match row {
-            Ok(([rise, propellant, time], impulse, [_, with, with_time])) => {
-                let values = [rise, impulse, propellant, with, with - propellant, time, with_time];
+            Ok(([rise, propellant, time], impulse, [_, with, with_time], near_none, best)) => {
+                let ([size, least], verified) = best;
+                let price = with - propellant;
+                let proved = f64::from(u8::from(verified));
+                let values = [rise, impulse, propellant, with, price, time, with_time, size, least, proved];
                 sheet.push(format!("{perilune}"), values.map(Some).to_vec());
-                prices.push((perilune, rise, impulse, with - propellant));
+                if !verified {
+                    sheet.unverified.push(format!("perilune at {perilune} km, best impulse"));
+                }
+                prices.push((perilune, rise, impulse, price, size, least - propellant, near_none));
             }
             Err(why) => sheet.failures.push(why),
         }
     }
-    for (perilune, rise, impulse, price) in prices {
+    for (perilune, rise, impulse, price, size, gain, near_none) in prices {
         sheet.findings.push(format!(
             "perilune at {perilune} km: the path rises by {rise:.0} m; {impulse:.1} m/s against the motion remove the rise and change the propellant \
-             by {price:+.3} kg, the impulse being without losses"
+             by {price:+.3} kg, the impulse being without losses; the best impulse for the mass at touchdown is {size:.1} m/s, {gain:+.3} kg of \
+             propellant; a search from none ends at {near_none:.1} m/s"
         ));
     }
     Ok(sheet)

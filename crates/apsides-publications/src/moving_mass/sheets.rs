@@ -67,7 +67,7 @@ fn worst_peak(flights: &[Metrics]) -> Option<f64> {
 }
 
 /// Returns true if angles are held in a flight.
-fn held(metrics: &Metrics) -> bool {
+pub(super) fn held(metrics: &Metrics) -> bool {
     metrics.worst_rms().to_degrees() < HELD
 }
 

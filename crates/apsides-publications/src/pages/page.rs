@@ -31,7 +31,7 @@ pub(super) fn html(done: &Reproduction, missions: &[(&str, &str)]) -> String {
         page.heading("Item by item");
         let row = |item: &crate::PaperItem| {
             let command = item.command(done.name).unwrap_or_else(|| "-".into());
-            vec![item.item.to_owned(), command, item.verdict.to_owned()]
+            vec![item.item.to_owned(), command, item.verdict_by(&done.sheets)]
         };
         page.table(&["item", "command", "verdict"], &items.iter().map(row).collect::<Vec<_>>());
     }

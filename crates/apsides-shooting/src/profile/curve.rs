@@ -10,10 +10,12 @@ use crate::error::ShootingError;
 #[derive(Clone, Debug)]
 pub struct Profile {
     shape: ProfileShape,
-    /// Nodes on [-1, 1].
+    /// Nodes on [-1, 1] of the largest degree.
     nodes: Vec<f64>,
-    /// From the values at the nodes to the coefficients of powers on [-1, 1], row-major, a row per power.
-    powers: Vec<f64>,
+    /// For each degree, from the least: from the values at its nodes to the coefficients of powers on [-1, 1], row-major, a row per power.
+    powers: Vec<Vec<f64>>,
+    /// Degrees of the sub-intervals.
+    degrees: Vec<usize>,
     /// Ends of the sub-intervals from 0 to 1.
     joints: Vec<f64>,
     /// Values at the nodes, row-major: sub-intervals by nodes by components.
@@ -41,15 +43,15 @@ impl Profile {
     /// As [`ProfileShape::space`].
     pub fn new(shape: &ProfileShape) -> Result<Self, ShootingError> {
         let (lower, upper) = shape.space()?;
-        let nodes = match shape.degree {
-            0 => vec![0.0],
-            degree => Lobatto::new(degree + 1)?.nodes().to_vec(),
-        };
+        let nodes = nodes_of(shape.most_degree)?;
+        let powers = (shape.degree..=shape.most_degree).map(|d| Ok(lagrange_powers(&nodes_of(d)?)));
+        let powers = powers.collect::<Result<_, ShootingError>>()?;
         let size = shape.most_intervals * nodes.len() * shape.components();
         let mut profile = Self {
             shape: shape.clone(),
-            powers: lagrange_powers(&nodes),
+            powers,
             nodes,
+            degrees: Vec::with_capacity(shape.most_intervals),
             joints: Vec::with_capacity(shape.most_intervals + 1),
             values: vec![0.0; size],
             coefficients: vec![0.0; size],
@@ -75,7 +77,8 @@ impl Profile {
         }
         let components = shape.components();
         let (values, rest) = decision.split_at(shape.nodal_points() * components);
-        let (weights, number) = rest.split_at(shape.weights());
+        let (weights, rest) = rest.split_at(shape.weights());
+        let (degrees, number) = rest.split_at(shape.free_degrees());
         let least = shape.least_intervals;
         // A number that is none counts as the fewest.
         let count = number.first().map_or(least, |n| n.round().max(least as f64) as usize);
@@ -91,21 +94,37 @@ impl Profile {
         }
         joints.push(1.0);
         let points = self.nodes.len();
-        let stride = if shape.continuous { shape.degree } else { points };
+        let stride = if shape.continuous { shape.most_degree } else { points };
+        self.degrees.clear();
         for interval in 0..count {
-            for node in 0..points {
-                let from = &values[(interval * stride + node) * components..][..components];
+            let degree = degrees.get(interval).map_or(shape.degree, |d| d.round().max(0.0) as usize);
+            let degree = degree.clamp(shape.degree, shape.most_degree);
+            self.degrees.push(degree);
+            for node in 0..=degree {
+                // The last is that of the joint.
+                let given = if node > 0 && node == degree { points - 1 } else { node };
+                let from = &values[(interval * stride + given) * components..][..components];
                 let to = &mut self.values[(interval * points + node) * components..][..components];
                 for ((to, from), b) in to.iter_mut().zip(from).zip(&shape.bounds) {
                     *to = from.clamp(b.lower, b.upper);
                 }
             }
             let block = interval * points * components..(interval + 1) * points * components;
-            let (values, coefficients) = (&self.values[block.clone()], &mut self.coefficients[block]);
-            for (power, row) in self.powers.chunks(points).enumerate() {
+            let (values, coefficients) = (&mut self.values[block.clone()], &mut self.coefficients[block]);
+            coefficients.fill(0.0);
+            for (power, row) in self.powers[degree - shape.degree].chunks(degree + 1).enumerate() {
                 for c in 0..components {
                     let terms = row.iter().zip(values[c..].iter().step_by(components));
                     coefficients[power * components + c] = terms.map(|(a, v)| a * v).sum();
+                }
+            }
+            if degree < shape.most_degree {
+                for (node, x) in self.nodes.iter().enumerate() {
+                    for (c, b) in shape.bounds.iter().enumerate() {
+                        let powers = (0..=degree).rev().map(|power| coefficients[power * components + c]);
+                        let value = powers.fold(0.0, |sum, a| sum * x + a);
+                        values[node * components + c] = value.clamp(b.lower, b.upper);
+                    }
                 }
             }
         }
@@ -130,7 +149,13 @@ impl Profile {
         &self.joints
     }
 
-    /// Nodes on [-1, 1], which is mapped onto each sub-interval.
+    /// Degree of each sub-interval.
+    #[must_use]
+    pub fn degrees(&self) -> &[usize] {
+        &self.degrees
+    }
+
+    /// Nodes of the largest degree on [-1, 1], which is mapped onto each sub-interval.
     #[must_use]
     pub fn nodes(&self) -> &[f64] {
         &self.nodes
@@ -186,6 +211,14 @@ impl Profile {
             *out = (sum + slope * (x - inside)).clamp(lower, upper);
         }
     }
+}
+
+/// Nodes of a degree: the middle, else Lobatto points.
+fn nodes_of(degree: usize) -> Result<Vec<f64>, ShootingError> {
+    Ok(match degree {
+        0 => vec![0.0],
+        degree => Lobatto::new(degree + 1)?.nodes().to_vec(),
+    })
 }
 
 /// Coefficients of powers of the Lagrange polynomials of the nodes, row-major: a row per power, a column per node.

@@ -3,10 +3,12 @@
 //! ```text
 //! [ values at the nodes, sub-interval after sub-interval, node after node, component after component
 //! | weights of the lengths, one per sub-interval     where lengths are free and more than one sub-interval is allowed
+//! | degrees, one per sub-interval, to be rounded     where they are free
 //! | number of sub-intervals, to be rounded           where it is free ]
 //! ```
 //!
-//! With fewer sub-intervals than the most, values and weights of the last ones have no effect.
+//! With fewer sub-intervals than the most, values, weights and degrees of the last ones have no effect. There is room for the nodes of the largest
+//! degree on each sub-interval; a smaller degree takes the first values and the last, which is that of the joint, for its own nodes.
 
 use apsides_ocp::{Bounds, Phase};
 
@@ -23,8 +25,10 @@ pub const MAX_INTERVALS: usize = 1000;
 /// since values between them are cut off at the bounds, everywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileShape {
-    /// Degree of the polynomials, 0 to [`MAX_DEGREE`].
+    /// Degree of the polynomials, 0 to [`MAX_DEGREE`]; the least one where degrees are free.
     pub degree: usize,
+    /// Largest degree, up to [`MAX_DEGREE`]; the degree of each sub-interval is a decision variable when this exceeds the least.
+    pub most_degree: usize,
     /// Fewest sub-intervals, at least 1.
     pub least_intervals: usize,
     /// Most sub-intervals, up to [`MAX_INTERVALS`]; their number is a decision variable when this exceeds the fewest.
@@ -45,6 +49,7 @@ impl ProfileShape {
     pub fn new(degree: usize, intervals: usize, bounds: Vec<Bounds>) -> Self {
         Self {
             degree,
+            most_degree: degree,
             least_intervals: intervals,
             most_intervals: intervals,
             free_lengths: false,
@@ -69,15 +74,20 @@ impl ProfileShape {
     /// Values per component.
     pub(crate) fn nodal_points(&self) -> usize {
         if self.continuous {
-            self.most_intervals * self.degree + 1
+            self.most_intervals * self.most_degree + 1
         } else {
-            self.most_intervals * (self.degree + 1)
+            self.most_intervals * (self.most_degree + 1)
         }
     }
 
     /// Number of weights of lengths.
     pub(crate) fn weights(&self) -> usize {
         if self.free_lengths && self.most_intervals > 1 { self.most_intervals } else { 0 }
+    }
+
+    /// Number of free degrees.
+    pub(crate) fn free_degrees(&self) -> usize {
+        if self.most_degree > self.degree { self.most_intervals } else { 0 }
     }
 
     pub(crate) fn has_free_number(&self) -> bool {
@@ -87,12 +97,15 @@ impl ProfileShape {
     /// Number of decision variables.
     #[must_use]
     pub fn variables(&self) -> usize {
-        self.nodal_points() * self.components() + self.weights() + usize::from(self.has_free_number())
+        self.nodal_points() * self.components()
+            + self.weights()
+            + self.free_degrees()
+            + usize::from(self.has_free_number())
     }
 
     /// Lower and upper ends of the decision variables, in the order of the module's documentation.
     ///
-    /// The number of sub-intervals reaches half below the fewest and half above the most, so that rounding gives each the same share.
+    /// The number of sub-intervals reaches half below the fewest and half above the most, so that rounding gives each the same share; degrees alike.
     ///
     /// # Errors
     /// [`ShootingError::Setting`] or [`ShootingError::Profile`] naming what does not fit.
@@ -104,6 +117,10 @@ impl ProfileShape {
         for _ in 0..self.weights() {
             lower.push(1.0 / self.length_ratio);
             upper.push(1.0);
+        }
+        for _ in 0..self.free_degrees() {
+            lower.push(self.degree as f64 - 0.5);
+            upper.push(self.most_degree as f64 + 0.5);
         }
         if self.has_free_number() {
             lower.push(self.least_intervals as f64 - 0.5);
@@ -117,6 +134,9 @@ impl ProfileShape {
             |name, value: usize, allowed| Err(ShootingError::Setting { name, value: value as f64, allowed });
         if self.degree > MAX_DEGREE {
             return setting("degree", self.degree, "a whole number from 0 to 5");
+        }
+        if self.most_degree < self.degree || self.most_degree > MAX_DEGREE {
+            return setting("most_degree", self.most_degree, "from degree to 5");
         }
         if self.least_intervals == 0 {
             return setting("least_intervals", 0, "at least 1");

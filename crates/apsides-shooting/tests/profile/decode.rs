@@ -159,6 +159,63 @@ fn values_between_the_nodes_are_cut_off() {
     assert!((out[0] - 0.625).abs() < 0.1 * ROUNDING);
 }
 
+/// Degrees 0.4, 1.6 and 3.2 are 0, 2 and 3: the first value alone; the first two and the last at the nodes of a parabola; all four.
+#[test]
+fn degrees_of_their_own() {
+    let shape = ProfileShape {
+        most_degree: 3,
+        least_intervals: 2,
+        ..ProfileShape::new(0, 3, vec![Bounds::new(-10.0, 10.0)])
+    };
+    assert_eq!(shape.variables(), 12 + 3 + 1);
+    let (lower, upper) = shape.space().unwrap();
+    assert_eq!(
+        (lower[12..].to_vec(), upper[12..].to_vec()),
+        (vec![-0.5, -0.5, -0.5, 1.5], vec![3.5, 3.5, 3.5, 3.5])
+    );
+    let cubic = |x: f64| 1.0 + x - 2.0 * x * x + 0.5 * x * x * x;
+    let full = ProfileShape::new(3, 1, vec![Bounds::new(-10.0, 10.0)]);
+    let nodes = Profile::new(&full).unwrap().nodes().to_vec();
+    let third: Vec<f64> = nodes.iter().map(|x| cubic(*x)).collect();
+    // Of 3 x^2 - x + 1 at -1, 0 and 1; the third value has no effect.
+    let decision = [&[4.0, 9.0, 9.0, 9.0, 5.0, 1.0, 9.0, 3.0], &third[..], &[0.4, 1.6, 3.2, 2.9]].concat();
+    let profile = shape.decode(&decision).unwrap();
+    assert_eq!(profile.degrees(), [0, 2, 3]);
+    let at = |interval: usize, x: f64| {
+        let mut out = [0.0];
+        profile.at_in(interval, (interval as f64 + 0.5 * (x + 1.0)) / 3.0, &mut out);
+        out[0]
+    };
+    for x in [-0.9, -0.3, 0.0, 0.2, 0.95] {
+        for (interval, expected) in [(0, 4.0), (1, 3.0 * x * x - x + 1.0), (2, cubic(x))] {
+            assert!(
+                (at(interval, x) - expected).abs() < 10.0 * ROUNDING,
+                "{interval} at {x}: {}",
+                at(interval, x)
+            );
+        }
+    }
+    // Values at the nodes of the largest degree, whatever that of the sub-interval.
+    for (x, value) in profile.nodes().iter().zip(profile.nodal_values(1)) {
+        assert!((value - (3.0 * x * x - x + 1.0)).abs() < 10.0 * ROUNDING);
+    }
+    // With two sub-intervals the third has no effect; joined ones share the value at the joint.
+    let two = shape.decode(&[&decision[..15], &[2.0]].concat()).unwrap();
+    assert_eq!(two.degrees(), [0, 2]);
+    let joined = ProfileShape { continuous: true, degree: 1, most_degree: 3, ..shape.clone() };
+    let decision = [1.0, 0.3, -0.7, 2.0, 0.1, 0.2, -3.0, 0.5, 0.4, 0.6, 1.0, 3.0, 2.0, 3.0];
+    let profile = joined.decode(&decision).unwrap();
+    assert_eq!(profile.degrees(), [1, 3, 2]);
+    for (joint, expected) in [(0, 2.0), (1, -3.0)] {
+        let (mut left, mut right) = ([0.0], [0.0]);
+        profile.at_in(joint, profile.joints()[joint + 1], &mut left);
+        profile.at_in(joint + 1, profile.joints()[joint + 1], &mut right);
+        assert!(
+            (left[0] - expected).abs() < 10.0 * ROUNDING && (right[0] - expected).abs() < 10.0 * ROUNDING
+        );
+    }
+}
+
 #[test]
 fn a_number_that_is_none_shows() {
     let shape = ProfileShape::new(0, 2, vec![Bounds::new(0.0, 1.0)]);
@@ -178,6 +235,11 @@ fn shapes_that_are_refused() {
         refused(ProfileShape { degree: 6, ..good.clone() }),
         "setting `degree` is 6, allowed is a whole number from 0 to 5"
     );
+    assert_eq!(
+        refused(ProfileShape { most_degree: 6, ..good.clone() }),
+        "setting `most_degree` is 6, allowed is from degree to 5"
+    );
+    assert!(refused(ProfileShape { most_degree: 1, ..good.clone() }).contains("most_degree"));
     assert!(refused(ProfileShape { least_intervals: 0, ..good.clone() }).contains("least_intervals"));
     assert!(refused(ProfileShape { most_intervals: 0, ..good.clone() }).contains("most_intervals"));
     assert!(refused(ProfileShape { length_ratio: 1.0, ..good.clone() }).contains("length_ratio"));
