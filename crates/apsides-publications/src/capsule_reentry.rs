@@ -32,6 +32,7 @@ mod model;
 mod overlays;
 mod profiles;
 mod reference;
+mod solved_row;
 mod starts;
 #[cfg(test)]
 mod tests;
