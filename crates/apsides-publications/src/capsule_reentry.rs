@@ -32,7 +32,6 @@ mod model;
 mod overlays;
 mod profiles;
 mod reference;
-mod solved_row;
 mod starts;
 #[cfg(test)]
 mod tests;

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use super::model::{Begin, Limits, Model, SolveNumbers, label, solve, solve_twice};
 use super::overlays;
 use super::reference::{BASE, FINER_E, MESH, ReferenceRow};
-use super::solved_row::Found;
 use crate::sheet::{Graph, GraphSeries, Sheet, median};
 use crate::stop::Stop;
 use crate::workers::Workers;
@@ -14,6 +13,14 @@ const NONE: f64 = f64::INFINITY;
 
 /// Optima nearer to each other than this are one; MJ/m2.
 const ACCURACY: f64 = 1e-4;
+
+/// A row with what was found for it.
+pub(super) struct Found<'a> {
+    pub(super) reference: &'a ReferenceRow,
+    pub(super) solved: Option<SolveNumbers>,
+    /// The start of the solve that succeeded: with the search only where straight lines fail.
+    pub(super) begin: Begin,
+}
 
 const COLUMNS: &[(&str, usize)] = &[
     ("heat_load_mj_m2", 5),

@@ -1,7 +1,7 @@
 //! Figures 11 to 19 of the paper: what each limit does to its own quantity, to the bank angle and to all states, a curve a limit.
 
+use super::limits::Found;
 use super::model::{Limits, Model, SolveNumbers};
-use super::solved_row::Found;
 use crate::sheet::{Graph, GraphSeries};
 
 /// The quantities that have limits, in their order, with units and the figures of the paper.

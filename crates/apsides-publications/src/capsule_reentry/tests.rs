@@ -1,10 +1,9 @@
 //! Reduced sets of each sheet.
 
-use super::limits::COMBINATIONS;
+use super::limits::{COMBINATIONS, Found};
 use super::model::Model;
 use super::profiles::FORMS;
 use super::reference::{BASE, TABLE_E};
-use super::solved_row::Found;
 use super::{functions, lander, limits, profiles, starts};
 use crate::sheet::Sheet;
 use crate::stop::Stop;
