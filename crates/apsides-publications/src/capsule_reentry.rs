@@ -86,9 +86,11 @@ fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
     hand_on(functions::searches(FUNCTION_SEEDS, BUDGET, workers)?)?;
     hand_on(lander::sheet(SEEDS, BUDGET, workers)?)?;
     hand_on(profiles::sheet(&profiles::FORMS, SEEDS, BUDGET, workers)?)?;
-    let (sheet, of_e) = limits::table(Model::E, Model::E.reference().0, workers)?;
+    let (mut sheet, of_e) = limits::table(Model::E, Model::E.reference().0, workers)?;
+    sheet.graphs.extend(overlays::graphs(Model::E, &of_e));
     hand_on(sheet)?;
-    let (sheet, of_u) = limits::table(Model::U, Model::U.reference().0, workers)?;
+    let (mut sheet, of_u) = limits::table(Model::U, Model::U.reference().0, workers)?;
+    sheet.graphs.extend(overlays::graphs(Model::U, &of_u));
     hand_on(sheet)?;
     hand_on(limits::layers(&[(Model::E, &of_e), (Model::U, &of_u)], &limits::COMBINATIONS, workers)?)?;
     hand_on(starts::sheet(STARTS, workers)?)

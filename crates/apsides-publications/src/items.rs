@@ -20,10 +20,12 @@ pub struct PaperItem {
 pub enum Shown {
     /// A table or sheet of the reproduction, by its short name.
     Sheet(&'static str),
-    /// A sheet whose findings that begin so are the verdict, once it is computed.
+    /// A sheet, and findings that are the verdict once they are there.
     Findings {
         /// Its short name.
         sheet: &'static str,
+        /// The sheet of the findings, the same or another one.
+        of: &'static str,
         /// The first words of the findings.
         start: &'static str,
     },
@@ -38,14 +40,14 @@ pub(super) const fn sheet(item: &'static str, id: &'static str, verdict: &'stati
     PaperItem { item, shown: Shown::Sheet(id), verdict }
 }
 
-/// An item whose verdict is found with the numbers of a sheet; before that, the one given.
+/// An item that a sheet shows and whose verdict is found with the numbers of a sheet, from findings that begin so; before that, the one given.
 pub(super) const fn found(
     item: &'static str,
     sheet: &'static str,
-    start: &'static str,
+    (of, start): (&'static str, &'static str),
     verdict: &'static str,
 ) -> PaperItem {
-    PaperItem { item, shown: Shown::Findings { sheet, start }, verdict }
+    PaperItem { item, shown: Shown::Findings { sheet, of, start }, verdict }
 }
 
 /// An item that a command shows.
@@ -75,8 +77,8 @@ impl PaperItem {
     #[must_use]
     pub fn verdict_by(&self, sheets: &[Sheet]) -> String {
         let stated = || self.verdict.to_owned();
-        let Shown::Findings { sheet, start } = self.shown else { return stated() };
-        let findings = sheets.iter().filter(|s| s.id == sheet).flat_map(|s| &s.findings);
+        let Shown::Findings { of, start, .. } = self.shown else { return stated() };
+        let findings = sheets.iter().filter(|s| s.id == of).flat_map(|s| &s.findings);
         let found: Vec<&str> =
             findings.filter_map(|f| Some(f.strip_prefix(start)?.trim_start_matches([':', ' ']))).collect();
         if found.is_empty() { stated() } else { found.join("; ") }
@@ -124,6 +126,13 @@ mod tests {
                 assert!(!item.item.is_empty() && !item.verdict.is_empty(), "{item:?}");
                 match item.shown {
                     Shown::Sheet(id) | Shown::Findings { sheet: id, .. } => {
+                        if let Shown::Findings { of, .. } = item.shown {
+                            assert!(
+                                publication.sheets.contains(&of),
+                                "{}: no sheet `{of}`",
+                                publication.name
+                            );
+                        }
                         let known =
                             publication.sheets.contains(&id) || publication.tables.iter().any(|t| t.id == id);
                         assert!(known, "{}: no sheet `{id}`", publication.name);
@@ -173,7 +182,7 @@ mod tests {
     /// Findings take the place of the stated verdict, those of the item alone.
     #[test]
     fn verdicts_come_from_findings() {
-        let item = found("Figs 2 and 3", "figures", "Figs 2, 3", "reproduced");
+        let item = found("Figs 2 and 3", "drawings", ("figures", "Figs 2, 3"), "reproduced");
         assert_eq!(item.verdict_by(&[]), "reproduced");
         let mut sheet = Sheet::new("figures", "cases", "case", &[]);
         sheet.findings = vec!["Figs 2, 3: beyond the criterion".into(), "Figs 20, 21: held".into()];

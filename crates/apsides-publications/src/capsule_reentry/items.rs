@@ -7,7 +7,7 @@ pub(super) const ITEMS: &[PaperItem] = &[
     found(
         "(1) to (4), cooperation of colony, swarm and genetic algorithm: six steps",
         "profiles",
-        "Against single algorithms",
+        ("profiles", "Against single algorithms"),
         "in the order of the paper; with an exchange after the cycle beside it",
     ),
     sheet(
@@ -23,7 +23,7 @@ pub(super) const ITEMS: &[PaperItem] = &[
     found(
         "cooperation against single algorithms on the test functions",
         "function-searches",
-        "",
+        ("function-searches", ""),
         "verdict by function",
     ),
     sheet("(7) to (15), collocation at Radau points", "moon-lander", "works"),
@@ -63,7 +63,7 @@ pub(super) const ITEMS: &[PaperItem] = &[
     found(
         "claim: the search layer helps collocation",
         "layers",
-        "",
+        ("layers", ""),
         "iterations and times with and without it",
     ),
     sheet("claim: random starts", "starts", "by kind of start"),

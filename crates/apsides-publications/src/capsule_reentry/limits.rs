@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use super::model::{Begin, Limits, Model, SolveNumbers, label, solve, solve_twice};
-use super::overlays;
 use super::reference::{BASE, FINER_E, MESH, ReferenceRow};
 use crate::sheet::{Graph, GraphSeries, Sheet, median};
 use crate::stop::Stop;
@@ -85,7 +84,6 @@ pub(super) fn table<'a>(
         unverified.iter().map(|(checks, rows)| format!("{}: {checks}", rows.join("; "))).collect();
     sheet.findings = findings(model, &found);
     sheet.graphs = graphs(model, &found);
-    sheet.graphs.extend(overlays::graphs(model, &found));
     Ok((sheet, found))
 }
 

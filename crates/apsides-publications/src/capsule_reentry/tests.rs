@@ -4,7 +4,7 @@ use super::limits::{COMBINATIONS, Found};
 use super::model::Model;
 use super::profiles::FORMS;
 use super::reference::{BASE, TABLE_E};
-use super::{functions, lander, limits, profiles, starts};
+use super::{functions, lander, limits, overlays, profiles, starts};
 use crate::sheet::Sheet;
 use crate::stop::Stop;
 use crate::workers::Workers;
@@ -123,9 +123,10 @@ fn histories_under_a_limit() {
     let limit = [f64::INFINITY, f64::INFINITY, 850.0];
     let limited = TABLE_E.iter().position(|r| r.limits == limit).unwrap_or_else(|| panic!("no row"));
     let rows = [none, limited].map(|k| TABLE_E[k]);
-    let (sheet, _) = on_two(|workers| limits::table(Model::E, &rows, workers));
+    let (_, found) = on_two(|workers| limits::table(Model::E, &rows, workers));
+    let graphs = overlays::graphs(Model::E, &found);
     let graph = |file: &str| {
-        let found = sheet.graphs.iter().find(|g| g.file == file);
+        let found = graphs.iter().find(|g| g.file == file);
         found.unwrap_or_else(|| panic!("no {file}"))
     };
     let labels = |file: &str| graph(file).series.iter().map(|s| s.label.clone()).collect::<Vec<_>>();
@@ -142,7 +143,7 @@ fn histories_under_a_limit() {
     assert!(
         altitude.series.iter().all(|s| s.line.len() == 401 && (s.line[0][1] - ENTRY_KM).abs() < SOLVER * 1e4)
     );
-    assert_eq!(sheet.graphs.iter().filter(|g| g.title.starts_with("Figs 14 to 16")).count(), 8);
+    assert_eq!(graphs.iter().filter(|g| g.title.starts_with("Figs 14 to 16")).count(), 8);
     assert_eq!(labels("limits_pressure_e_pressure.svg"), ["no limit"]);
 }
 

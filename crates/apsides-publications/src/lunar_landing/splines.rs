@@ -190,6 +190,8 @@ const NO_RISE_M: f64 = 1.0;
 /// The first upper bound of the impulse, m/s, and bisections down from it.
 const FIRST_IMPULSE_M_S: f64 = 64.0;
 const BISECTIONS: usize = 10;
+/// Start of a search for the best impulse among large ones, m/s.
+const LARGE_IMPULSE_M_S: f64 = 1000.0;
 
 /// The impulse with which the perilune is left so that the path does not rise, and what it costs.
 pub(super) fn rise(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
@@ -244,8 +246,10 @@ pub(super) fn rise(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             let verified = best.summary.certificate.is_verified();
             Ok::<_, Stop>(([of("departure_impulse_m_s"), of("propellant_kg")], verified))
         };
-        let (from_none, from_removal) = (best(0.0)?, best(upper)?);
-        Ok((without, upper, removed, from_none.0[0], from_removal))
+        // Small impulses and large ones have an optimum each.
+        let (from_none, from_removal, from_large) = (best(0.0)?, best(upper)?, best(LARGE_IMPULSE_M_S)?);
+        let least = if from_large.0[1] < from_removal.0[1] { from_large } else { from_removal };
+        Ok((without, upper, removed, from_none.0[0], least))
     })?;
     let mut prices = Vec::new();
     for (perilune, row) in PERILUNES_KM.iter().zip(rows) {

@@ -1,4 +1,4 @@
-//! What the paper neglects: momentum and inertia of the moving masses.
+//! Momentum and inertia of the moving masses, which the paper neglects.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -22,7 +22,7 @@ const SUBSTEPS: usize = 4;
 const EVERY: usize = 10;
 
 /// A case with the file of its figure.
-struct Compared {
+struct ComparedModels {
     label: String,
     file: &'static str,
     case: Case,
@@ -31,7 +31,7 @@ struct Compared {
 /// Slow drives with gains for them.
 const SLOW: f64 = 0.1;
 
-fn compared() -> Vec<Compared> {
+fn compared() -> Vec<ComparedModels> {
     let straight = |mut case: Case| {
         (case.entry.attack, case.entry.sideslip, case.entry.path) = (0.0, 0.0, -FRAC_PI_2);
         case.vehicle.offset = [0.0; 2];
@@ -54,14 +54,14 @@ fn compared() -> Vec<Compared> {
     for (label, case, files) in cases {
         for ((drive, actuators), file) in drives.iter().zip(files) {
             let case = Case { actuators: *actuators, ..case.clone() };
-            all.push(Compared { label: format!("{label}, {drive}"), file, case });
+            all.push(ComparedModels { label: format!("{label}, {drive}"), file, case });
         }
     }
     if let Some((rate, [p, i, d])) = RATE_LIMITED_GAINS.iter().find(|(rate, _)| *rate == SLOW) {
         let law = Law::pid(PidGains::new(*p, *i, *d));
         let actuators = ActuatorLimits { rate: Some(*rate), ..ActuatorLimits::IDEAL };
         let label = format!("cross 10 kg, 1 cm, {rate} m/s with gains for it");
-        all.push(Compared {
+        all.push(ComparedModels {
             label,
             file: "full_slow.svg",
             case: Case { law, actuators, ..Case::cross(10.0) },
@@ -74,13 +74,13 @@ fn compared() -> Vec<Compared> {
 }
 
 /// A flight: its metrics, and time with height and both angles at every sample.
-struct Flight {
+struct ComparedFlight {
     metrics: Metrics,
     angles: Vec<(f64, f64, [f64; 2])>,
 }
 
 /// Largest difference of both angles at the same times, deg: over the flight, and where the heights of the first are judged.
-fn differences(quasi: &Flight, full: &Flight, [lower, upper]: [f64; 2]) -> [f64; 2] {
+fn differences(quasi: &ComparedFlight, full: &ComparedFlight, [lower, upper]: [f64; 2]) -> [f64; 2] {
     let mut largest = [0.0_f64; 2];
     for ((time, height, a), (other, _, b)) in quasi.angles.iter().zip(&full.angles) {
         if time != other {
@@ -121,13 +121,13 @@ pub(super) fn sheet(threads: usize) -> Result<Sheet, Stop> {
             let (height, angles) = descent.angles(&s.state);
             (s.time, height, angles)
         });
-        Ok(Flight { metrics, angles: angles.collect() })
+        Ok(ComparedFlight { metrics, angles: angles.collect() })
     })?;
     let (mut changed, mut alike, mut matters) = (Vec::new(), [0_usize; 2], [0_usize; 2]);
     for (compared, flights) in cases.iter().zip(flights.chunks(1 + STATIONS.len())) {
         let [quasi, full @ ..] = flights else { continue };
         let degrees =
-            |flight: &Flight| Some(flight.metrics.worst_rms().to_degrees()).filter(|d| d.is_finite());
+            |flight: &ComparedFlight| Some(flight.metrics.worst_rms().to_degrees()).filter(|d| d.is_finite());
         for (station, flight) in STATIONS.iter().zip(full) {
             let label = format!("{}, {station} m", compared.label);
             let [all, judged] = match flight.metrics.held() {
@@ -136,7 +136,7 @@ pub(super) fn sheet(threads: usize) -> Result<Sheet, Stop> {
             };
             let row = vec![Some(*station), degrees(quasi), degrees(flight), all, judged];
             sheet.push(label.clone(), row);
-            let word = |flight: &Flight| match (flight.metrics.held(), held(&flight.metrics)) {
+            let word = |flight: &ComparedFlight| match (flight.metrics.held(), held(&flight.metrics)) {
                 (false, _) => ending_word(&flight.metrics.ending),
                 (true, true) => "held",
                 (true, false) => "not held",
