@@ -68,7 +68,7 @@ pub(super) const ITEMS: &[PaperItem] = &[
     command("gains of the linear law", "tune moving-mass-cross", "with margins"),
     command(
         "missions with masses whose reaction on the capsule is not neglected, as the paper does",
-        "simulate moving-mass-cross --set masses=full --set mass_station_m=0.2",
+        "simulate moving-mass-cross --set masses=full --set mass_station_m=0.2 --set rate_limit_m_s=1 --set acceleration_limit_m_s2=10",
         "also for montecarlo and tune",
     ),
     found(
