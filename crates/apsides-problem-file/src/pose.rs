@@ -92,8 +92,12 @@ fn state(amounts: &mut Amounts<'_>, v: &model::Variable) -> Result<State, Proble
         let found = amounts.end(stated, &v.unit, &format!("the {what} of {role}"))?;
         let common = found.intersect(&variable.bounds);
         if common.lower > common.upper {
-            let of =
-                |b: Bounds| format!("[{}, {}] {}", b.lower / v.unit.factor, b.upper / v.unit.factor, v.unit);
+            let number = |value: f64| {
+                let value = value / v.unit.factor;
+                let is_plain = value == 0.0 || !value.is_finite() || (1e-6..1e9).contains(&value.abs());
+                if is_plain { value.to_string() } else { format!("{value:e}") }
+            };
+            let of = |b: Bounds| format!("[{}, {}] {}", number(b.lower), number(b.upper), v.unit);
             let (found, bounds) = (of(found), of(variable.bounds));
             return Err(amounts
                 .conflict(&v.at, format!("the {what} of {role}, {found}, is outside its bounds {bounds}")));
