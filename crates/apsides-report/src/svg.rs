@@ -23,10 +23,15 @@ impl Figure {
     /// The figure as an SVG element, without legend; it holds no script and refers to nothing outside.
     #[must_use]
     pub fn to_svg(&self) -> String {
+        self.drawn().0
+    }
+
+    /// The element and its height in CSS pixels.
+    fn drawn(&self) -> (String, f64) {
         let mut canvas = Canvas::default();
         let drawing = Drawing::new(self);
         drawing.draw(self, &mut canvas);
-        canvas.finish([WIDTH, drawing.height], &self.title, &drawing.attributes())
+        (canvas.finish([WIDTH, drawing.height], &self.title, &drawing.attributes()), drawing.height)
     }
 }
 
@@ -57,9 +62,9 @@ pub fn stacked_svg(figures: &[Figure]) -> String {
             y + TITLE - 8.0,
             escape(&figure.title)
         );
-        let tall = Drawing::new(figure).height;
+        let (svg, tall) = figure.drawn();
         let place = format!("<svg y=\"{:.0}\" width=\"{WIDTH}\" height=\"{tall:.0}\"", y + TITLE);
-        text += &figure.to_svg().replacen("<svg", &place, 1);
+        text += &svg.replacen("<svg", &place, 1);
         y += TITLE + tall;
         let _ = writeln!(text, "<g transform=\"translate(0 {y:.0})\">\n{legend}</g>");
         y += height + LEGEND_SPACE;

@@ -23,7 +23,7 @@ use crate::chang_e::landing::SixStageLanding;
 use crate::chang_e::motion::DescentMotion;
 use crate::chang_e::phases::{ADJUSTMENT, AVOIDANCE, BRAKING, DESCENT, FINE_AVOIDANCE, HOVER};
 use crate::chang_e::terrain::MapSource;
-use crate::deviating_flight::{PlannedEnds, ThrustArc, joined, parts};
+use crate::deviating_flight::{COLUMNS as OF_END, PlannedEnds, ThrustArc, joined, parts};
 use crate::site_criteria;
 
 /// A touchdown is soft up to this part of the planned speed downwards, and up to this speed over the ground, m/s: assumptions.
@@ -35,18 +35,8 @@ const STAGES: [&str; 6] = [BRAKING, ADJUSTMENT, AVOIDANCE, HOVER, FINE_AVOIDANCE
 /// Numbers of the end of a stage: up, aside and speed.
 const OF_A_STAGE: usize = 3;
 
-/// The results of a flight: the state at the cut-off of the engine relative to the plan (or where the ground was met before), the touchdown, and
-/// where the stages before the last ended against their gates: above it, aside of it, and the difference of the velocities.
-pub(in crate::chang_e) const COLUMNS: [&str; 30] = [
-    "up_m",
-    "along_m",
-    "across_m",
-    "up_m_s",
-    "along_m_s",
-    "across_m_s",
-    "horizontal_miss_m",
-    "final_mass_kg",
-    "flight_time_s",
+/// The touchdown, and where the stages before the last ended against their gates: above it, aside of it, and the difference of the velocities.
+const OF_STAGES: [&str; 21] = [
     // 1 for a touchdown that is soft, on the site and with propellant left, else 0.
     "success",
     "touchdown_speed_m_s",
@@ -71,6 +61,18 @@ pub(in crate::chang_e) const COLUMNS: [&str; 30] = [
     "fine_avoidance_aside_m",
     "fine_avoidance_speed_m_s",
 ];
+
+/// The results of a flight: the state at the cut-off of the engine relative to the plan (or where the ground was met before), then those of the
+/// touchdown and of the stages.
+pub(in crate::chang_e) const COLUMNS: [&str; OF_END.len() + OF_STAGES.len()] = {
+    let mut all = [""; OF_END.len() + OF_STAGES.len()];
+    let mut k = 0;
+    while k < all.len() {
+        all[k] = if k < OF_END.len() { OF_END[k] } else { OF_STAGES[k - OF_END.len()] };
+        k += 1;
+    }
+    all
+};
 
 /// A planned landing and what is needed to fly it again.
 pub(in crate::chang_e) struct PlannedStages {
