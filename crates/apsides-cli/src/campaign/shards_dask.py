@@ -39,8 +39,15 @@ def main():
         sys.exit(f"{missing}: pip install distributed")
     with open(a.shards, encoding="utf-8") as lines:
         shards = [int(line) for line in lines]
-    # Shards are long: what looks at workers a hundred times a second takes their time.
-    dask.config.set({"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "1s"})
+    # Shards are long: what looks at workers ten or a hundred times a second takes their time.
+    dask.config.set(
+        {
+            "distributed.worker.profile.enabled": False,
+            "distributed.worker.memory.monitor-interval": "2s",
+            "distributed.admin.tick.interval": "1s",
+            "distributed.admin.system-monitor.interval": "5s",
+        }
+    )
     cluster = a.scheduler or LocalCluster(n_workers=a.workers, threads_per_worker=1, dashboard_address=None)
     with Client(cluster) as client:
         tasks = [client.submit(fly, a.program, a.file, shard, pure=False, retries=a.attempts - 1) for shard in shards]
