@@ -10,6 +10,7 @@ import importlib.metadata
 import json
 import os
 import platform
+import re
 import subprocess
 import sys
 import tempfile
@@ -52,7 +53,16 @@ def versions():
             found.append(f"{name} {importlib.metadata.version(name)}")
         except importlib.metadata.PackageNotFoundError:
             pass
-    return f"Python {platform.python_version()}, " + ", ".join(found)
+    return f"Python {platform.python_version()}, " + ", ".join(found + [f"fatrop {version} (with casadi)" for version in fatrop()])
+
+
+def fatrop():
+    """The version of the library that CasADi brings along, by the name of its file; none without CasADi."""
+    try:
+        names = [file.name for file in importlib.metadata.files("casadi") or ()]
+    except importlib.metadata.PackageNotFoundError:
+        return []
+    return sorted({match[1] for match in map(re.compile(r"libfatrop\.so\.(\d+\.\d+\.\d+)").fullmatch, names) if match})
 
 
 def measured(script, folder):

@@ -112,7 +112,7 @@ def compare(program, mission, words, posed_by, strategies, arguments):
     for strategy in strategies:
         problem.build(strategy, STRATEGIES[strategy])
     flags = {strategy: ["--strategy", flag] for strategy, flag in strategies.items()}
-    return misses, trajectories.in_turns(command, flags, problem, arguments.turns, arguments.milliseconds)
+    return misses, trajectories.in_turns(command, flags, {"Ipopt": problem}, arguments.turns, arguments.milliseconds)
 
 
 def main():
@@ -138,9 +138,10 @@ def main():
         for name, words, posed_by, strategies in cases:
             misses, entries = compare(program, mission, words, posed_by, strategies, arguments)
             ratios = trajectories.report(name, 1.0, entries, 1e-8).stock
-            best = min((e.last["objective"] for e in entries.values() if e.success), default=float("nan"))
+            best = trajectories.optimum_of(entries)
             missed = f"the flight misses {misses['radius']:.0e} m"
-            found.add(f"{mission}, {name}", "Ipopt", *trajectories.least(entries, best, 1e-8), missed)
+            ours, theirs, peer = trajectories.least(entries, best, 1e-8)
+            found.add(f"{mission}, {name}", peer, ours, theirs, missed)
             notes.append(f"{mission}, {name}: {described(misses, entries, ratios)}")
         for splines in ("paper", "refined"):
             notes.append(f"{mission}, whole call, {splines}: {called(program, mission, splines, arguments)}")

@@ -1,4 +1,4 @@
-"""Problems of the gallery on fixed meshes by apsides and by CasADi + Ipopt (MUMPS), in turns.
+"""Problems of the gallery on fixed meshes by apsides and by Ipopt (MUMPS) and fatrop of CasADi, in turns.
 
 The program `program` of this package writes each transcribed problem as formulas and index lists. See README.md.
 """
@@ -6,7 +6,7 @@ The program `program` of this package writes each transcribed problem as formula
 import statistics
 
 import findings
-from common import STRATEGIES, Problem, assembled, built, casadi, output, trajectories
+from common import STRATEGIES, Problem, assembled, built, casadi, output, stages, trajectories
 
 # Intervals and points: the optimum of the mesh is close to that of the problem.
 MESHES = {
@@ -29,9 +29,12 @@ def compare(path, name, arguments):
     problem = Problem(description, assembled(description), 1e-9)
     for strategy in trajectories.STRATEGIES:
         problem.build(strategy, STRATEGIES[strategy])
+    staged = stages.Staged(description, points, problem.nlp, 1e-9)
+    for strategy in stages.STRATEGIES:
+        staged.build(strategy)
     command += ["--milliseconds", arguments.milliseconds]
     flags = {strategy: ["--strategy", strategy] for strategy in trajectories.STRATEGIES}
-    entries = trajectories.in_turns(command, flags, problem, arguments.turns, arguments.milliseconds)
+    entries = trajectories.in_turns(command, flags, {"Ipopt": problem, "fatrop": staged}, arguments.turns, arguments.milliseconds)
     return description, entries
 
 
@@ -54,10 +57,12 @@ def main():
     notes, ratios, counts = [], {}, []
     equal = findings.Findings(
         "Trajectories on one mesh, equal settings",
-        "Solves of the same nonlinear program, from the same start, by the same method with the same strategy of the barrier parameter.",
+        "Solves of the same nonlinear program, from the same start, by the same method with the same strategy of the barrier parameter. "
+        "fatrop has the equations of a mesh interval combined into stages, and of the strategy `trajectory` the first barrier parameter alone.",
     )
     fastest = findings.Findings(
-        "Trajectories on one mesh, the fastest strategy of each", "The same programs, each side with the strategy that is fastest for it."
+        "Trajectories on one mesh, the fastest strategy of each",
+        "The same programs, each side with the strategy that is fastest for it, against the fastest peer.",
     )
     refinement = findings.Findings(
         "Trajectories from the guess to an error of 1e-8",
@@ -69,37 +74,37 @@ def main():
         mesh = "{} intervals of {} points".format(*MESHES[name])
         sign = description["sign"]
         ratios[name] = trajectories.report(name, sign, entries, 1e-6)
-        best = min((e.last["objective"] for e in entries.values() if e.success), default=float("nan"))
+        best = trajectories.optimum_of(entries)
         published = description["optimum"]
         note = f"{name}: {mesh}, {len(description['row_units'])} constraints, optimum of the mesh {sign * best:.9g}"
         if published is not None:
             note += f", published {published:.9g}, difference {sign * best / published - 1.0:.1e}"
         notes.append(note)
-        for strategy in trajectories.STRATEGIES:
-            pair = [entries[solver, strategy] for solver in trajectories.SOLVERS]
-            if all(e.reaches(best, 1e-6) for e in pair):
-                counts.append((name, strategy, *(e.last["iterations"] for e in pair)))
-                reached = f"{counts[-1][2]} and {counts[-1][3]} iterations, objectives {trajectories.apart(pair):.0e} apart"
-                equal.add(f"{name}, {strategy}", "Ipopt", *(e.least for e in pair), reached)
-        ours, theirs = trajectories.least(entries, best, 1e-6)
+        for (peer, strategy), pair in trajectories.equal(entries, best, 1e-6).items():
+            counts.append((name, peer, strategy, *(e.last["iterations"] for e in pair)))
+            reached = "{} and {} iterations, objectives {:.0e} apart".format(*counts[-1][3:], trajectories.apart(pair))
+            reached += stages.NOTES.get(strategy, "") if peer == "fatrop" else ""
+            equal.add(f"{name}, {strategy}", peer, *(e.least for e in pair), reached)
+        ours, theirs, peer = trajectories.least(entries, best, 1e-6)
         whole = refined(path, name, arguments)
         off = abs(whole["objective"] - sign * best) / abs(best)
         reached = f"{whole['meshes']} meshes, {whole['iterations']} iterations; objectives {off:.0e} apart"
-        refinement.add(name, f"Ipopt, {mesh}", whole["ms"], theirs, reached)
-        fastest.add(name, "Ipopt", ours, theirs, mesh)
+        refinement.add(name, f"{peer}, {mesh}", whole["ms"], theirs, reached)
+        fastest.add(name, peer, ours, theirs, mesh)
     print()
     print("\n".join(notes))
     print()
-    for strategy in trajectories.STRATEGIES:
-        found = {name: r.equal[strategy] for name, r in ratios.items() if strategy in r.equal}
-        closing(f"{strategy}, equal settings", found, len(ratios))
-    closing("the fastest strategy of each", {n: r.best for n, r in ratios.items() if r.best}, len(ratios))
+    for key in dict.fromkeys(key for r in ratios.values() for key in r.equal):
+        found = {name: r.equal[key] for name, r in ratios.items() if key in r.equal}
+        closing("{}, {}, equal settings".format(*key), found, len(ratios))
+    closing("the fastest strategy of each, the fastest peer", {n: r.best for n, r in ratios.items() if r.best}, len(ratios))
     for strategy in trajectories.STRATEGIES:
         found = {name: r.stock[strategy] for name, r in ratios.items() if strategy in r.stock}
         closing(f"apsides {strategy} against the faster of Ipopt's own strategies", found, len(ratios))
-    more = [f"{name} {strategy} {ours}/{theirs}" for name, strategy, ours, theirs in counts if ours > 1.1 * theirs]
     findings.write(arguments.findings, equal, fastest, refinement)
-    print(f"over 10 % more iterations than Ipopt with equal settings: {', '.join(more) or 'none'}")
+    for rival in trajectories.PEERS:
+        more = [f"{name} {strategy} {ours}/{theirs}" for name, peer, strategy, ours, theirs in counts if peer == rival and ours > 1.1 * theirs]
+        print(f"over 10 % more iterations than {rival} with equal settings: {', '.join(more) or 'none'}")
 
 
 def closing(title, ratios, problems):

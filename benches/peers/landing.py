@@ -90,7 +90,7 @@ def compare(program, intervals, arguments):
         start = {"mu_init": arguments.initial_barrier}
         problem.build(strategy, start | STRATEGIES[strategy])
     command = [*common, "--repeat", arguments.repeat]
-    return trajectories.in_turns(command, flags, problem, arguments.turns, 0.0)
+    return trajectories.in_turns(command, flags, {"Ipopt": problem}, arguments.turns, 0.0)
 
 
 def main():
@@ -113,11 +113,10 @@ def main():
     )
     for intervals in arguments.intervals:
         entries = compare(program, intervals, arguments)
-        equal = trajectories.report(f"{intervals} intervals", 1.0, entries, 1e-8).equal
-        for strategy in equal:
-            pair = [entries[solver, strategy] for solver in trajectories.SOLVERS]
+        trajectories.report(f"{intervals} intervals", 1.0, entries, 1e-8)
+        for (peer, strategy), pair in trajectories.equal(entries, trajectories.optimum_of(entries), 1e-8).items():
             reached = "{} and {} iterations".format(*(e.last["iterations"] for e in pair))
-            found.add(f"{intervals} intervals, {strategy}", "Ipopt", *(e.least for e in pair), reached)
+            found.add(f"{intervals} intervals, {strategy}", peer, *(e.least for e in pair), reached)
     findings.write(arguments.findings, found)
 
 

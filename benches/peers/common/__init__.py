@@ -91,13 +91,17 @@ FUNCTIONS = {
 }
 
 
-def assembled(description):
-    """The nonlinear program of formulas and index lists, as expanded (SX) expressions in its units."""
+def variables(description):
+    """Symbols of all variables, and their values in SI units."""
     units = description["variable_units"]
     scaled = casadi.SX.sym("x", len(units))
-    x = [v * unit for v, unit in zip(casadi.vertsplit(scaled), units)]
+    return scaled, [v * unit for v, unit in zip(casadi.vertsplit(scaled), units)]
+
+
+def parts(description, x):
+    """The rows, and the parts of the cost, each with a column that it depends on; both in SI units, as are the variables `x`."""
     rows = [casadi.SX(0) for _ in description["row_units"]]
-    cost = sum((x[column] * weight for column, weight in description["linear_cost"]), casadi.SX(0))
+    costs = [(column, x[column] * weight) for column, weight in description["linear_cost"]]
     for row, column, value in description["linear_rows"]:
         rows[row] += value * x[column]
     for term in description["terms"]:
@@ -116,49 +120,32 @@ def assembled(description):
                 if row is not None:
                     rows[row] += value
                 if weight:
-                    cost += weight * value
+                    costs.append((columns[0], weight * value))
+    return rows, costs
+
+
+def assembled(description):
+    """The nonlinear program of formulas and index lists, as expanded (SX) expressions in its units."""
+    scaled, x = variables(description)
+    rows, costs = parts(description, x)
+    cost = sum((value for _, value in costs), casadi.SX(0))
     g = casadi.vertcat(*(row / unit for row, unit in zip(rows, description["row_units"])), casadi.SX(0, 1))
     f, g = casadi.cse([cost / description["objective_unit"], g])
     return {"x": scaled, "f": f, "g": g}
 
 
-class Problem:
-    """A nonlinear program for Ipopt: `nlp` in the units of `numbers`, whose values it must have."""
+class Peer:
+    """Solvers of one nonlinear program by a plugin of CasADi; `nlp` and `arguments` in the units of the transcription."""
 
-    def __init__(self, numbers, nlp, tolerance, expand=False):
-        clock = time.process_time()
-        self.nlp, self.expand = nlp, expand
-        array = {key: numpy.array(numbers[key], dtype=float) for key in ARRAYS}
-        units, row_units = array["variable_units"], array["row_units"]
-        self.objective_unit = numbers["objective_unit"]
-        self.check(numbers["samples"], units, row_units, tolerance)
-        self.arguments = {
-            "x0": array["start"] / units,
-            "lbx": array["lower"] / units,
-            "ubx": array["upper"] / units,
-            "lbg": array["row_lower"] / row_units,
-            "ubg": array["row_upper"] / row_units,
-        }
+    def __init__(self, plugin, nlp, arguments, objective_unit, expand=False):
+        self.plugin, self.nlp, self.arguments, self.objective_unit, self.expand = plugin, nlp, arguments, objective_unit, expand
         self.solvers, self.build_ms = {}, {}
-        self.check_ms = (time.process_time() - clock) * 1e3
 
-    def check(self, samples, units, row_units, tolerance):
-        """Both sides must have written down the same program."""
-        values = casadi.Function("values", [self.nlp["x"]], [self.nlp["f"], self.nlp["g"]])
-        for sample in samples:
-            f, g = values(numpy.array(sample["point"]) / units)
-            off = abs(float(f) * self.objective_unit - sample["objective"])
-            assert off <= tolerance * max(1.0, abs(sample["objective"])), f"objectives differ by {off:.1e}"
-            rows = numpy.array(sample["rows"]) / row_units
-            off = numpy.abs(numpy.array(g).ravel() - rows) / numpy.maximum(1.0, numpy.abs(rows))
-            assert numpy.all(off <= tolerance), f"constraints differ by {numpy.max(off):.1e}"
-
-    def build(self, key, settings):
+    def make(self, key, settings):
         """Makes the solver `key`."""
         clock = time.process_time()
-        options = {f"ipopt.{name}": value for name, value in (STOCK | settings).items()}
-        options |= {"expand": self.expand, "print_time": False, "record_time": True}
-        self.solvers[key] = casadi.nlpsol("peer", "ipopt", self.nlp, options)
+        options = {"expand": self.expand, "print_time": False, "record_time": True} | settings
+        self.solvers[key] = casadi.nlpsol("peer", self.plugin, self.nlp, options)
         self.build_ms[key] = (time.process_time() - clock) * 1e3
 
     def solve(self, key, milliseconds=0.0):
@@ -173,9 +160,56 @@ class Problem:
             "build_ms": self.build_ms[key],
             "iterations": stats["iter_count"],
             "objective": float(solution["f"]) * self.objective_unit,
-            "status": STATUS.get(stats["return_status"], stats["return_status"]),
+            "status": self.status(stats),
             "evaluation_ms": 1e3 * sum(v for k, v in stats.items() if k.startswith("t_proc_nlp_")),
         }
 
+    def status(self, stats):
+        """The word of apsides for the status of a solve."""
+        return STATUS.get(stats["return_status"], stats["return_status"])
+
+
+class Problem(Peer):
+    """A nonlinear program for Ipopt: `nlp` in the units of `numbers`, whose values it must have."""
+
+    def __init__(self, numbers, nlp, tolerance, expand=False):
+        clock = time.process_time()
+        super().__init__("ipopt", nlp, start_and_bounds(numbers), numbers["objective_unit"], expand)
+        self.check(numbers, tolerance)
+        self.check_ms = (time.process_time() - clock) * 1e3
+
+    def check(self, numbers, tolerance):
+        """Both sides must have written down the same program."""
+        units, row_units = numpy.array(numbers["variable_units"]), numpy.array(numbers["row_units"])
+        values = casadi.Function("values", [self.nlp["x"]], [self.nlp["f"], self.nlp["g"]])
+        for sample in numbers["samples"]:
+            f, g = values(numpy.array(sample["point"]) / units)
+            off = abs(float(f) * self.objective_unit - sample["objective"])
+            assert off <= tolerance * max(1.0, abs(sample["objective"])), f"objectives differ by {off:.1e}"
+            rows = numpy.array(sample["rows"]) / row_units
+            off = numpy.abs(numpy.array(g).ravel() - rows) / numpy.maximum(1.0, numpy.abs(rows))
+            assert numpy.all(off <= tolerance), f"constraints differ by {numpy.max(off):.1e}"
+
+    def build(self, key, settings):
+        """Makes the solver `key`."""
+        self.make(key, {f"ipopt.{name}": value for name, value in (STOCK | settings).items()})
+
+
+def start_and_bounds(numbers):
+    """Start and bounds in the units of `numbers`, as CasADi's solvers take them."""
+    array = {key: numpy.array(numbers[key], dtype=float) for key in ARRAYS}
+    for key in ("lower", "upper", "row_lower", "row_upper"):
+        array[key][numpy.abs(array[key]) >= INFINITE] *= numpy.inf
+    units, row_units = array["variable_units"], array["row_units"]
+    return {
+        "x0": array["start"] / units,
+        "lbx": array["lower"] / units,
+        "ubx": array["upper"] / units,
+        "lbg": array["row_lower"] / row_units,
+        "ubg": array["row_upper"] / row_units,
+    }
+
 
 ARRAYS = ("start", "lower", "upper", "row_lower", "row_upper", "variable_units", "row_units")
+# Bounds of this size are none, to Ipopt too.
+INFINITE = 1e19
