@@ -428,6 +428,7 @@ impl Reader {
             boundary,
             objective,
             guess,
+            motion: None,
             has_units: self.has_units,
             // Numbers of Python have no units that could be checked.
             checks_units: false,

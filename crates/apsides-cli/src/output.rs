@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use apsides::pipeline::key::{name_of, unit_of};
 use apsides::{Outcome, Price, SearchSummary};
-use apsides_report::{Answer, answers};
+use apsides_report::{Answer, answers, headline_beside_objective};
 use apsides_verify::{Certificate, Check, Verdict};
 use serde::Serialize;
 
@@ -221,11 +221,8 @@ pub(crate) fn prices(o: &Outcome) -> String {
             continue;
         };
         let _ = write!(text, "  {:<width$} {change} {} {}", head(p) + ":", objective.unit, objective.name);
-        for key in &o.headline {
-            // The objective is often among them.
-            if name_of(key) != objective.name
-                && let Some(change) = p.results.get(key)
-            {
+        for key in headline_beside_objective(o) {
+            if let Some(change) = p.results.get(key) {
                 let _ = write!(text, ", {} {} {}", significant(*change), unit_of(key), name_of(key));
             }
         }

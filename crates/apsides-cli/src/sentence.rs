@@ -55,15 +55,24 @@ fn width(text: &str) -> usize {
     anstream::adapter::strip_str(text).to_string().chars().count()
 }
 
+/// Columns by which lines below a wide first column are further in than it.
+const DEEPER: usize = 4;
+
 fn broken(line: &str) -> String {
     let bare = line.trim_end();
     let words = bare.trim_start();
     let words = words.split_once("  ").map_or(words, |(_, rest)| rest.trim_start());
     let head = bare.strip_suffix(words).unwrap_or_default();
-    let hanging = if head.trim().is_empty() { width(head) + 2 } else { width(head) };
-    if words.contains("  ") || hanging > WIDTH / 2 {
+    if words.contains("  ") {
         return line.to_owned();
     }
+    let indent = width(bare) - width(bare.trim_start());
+    let hanging = match width(head) {
+        head if head == indent => head + 2,
+        // Behind a wide first column there is no room for words.
+        head if head > WIDTH / 2 => indent + DEEPER,
+        head => head,
+    };
     let (mut text, mut length) = (head.to_owned(), width(head));
     for (k, word) in words.split(' ').enumerate() {
         let wide = width(word);
@@ -125,7 +134,9 @@ mod tests {
     #[test]
     fn long_lines_hang_below_their_column() {
         let words = "word ".repeat(30);
-        for (line, hanging) in [("name      ", 10), ("  key:  ", 8), ("", 2), ("    ", 6)] {
+        let wide = format!("  +1 km3/s2 of {}:  ", "key".repeat(12));
+        for (line, hanging) in [("name      ", 10), ("  key:  ", 8), ("", 2), ("    ", 6), (wide.as_str(), 6)]
+        {
             let text = fitted(&format!("{line}{}\n", words.trim_end()));
             let lines: Vec<&str> = text.lines().collect();
             assert!(lines.len() > 1 && lines.iter().all(|l| l.chars().count() <= WIDTH), "{text}");

@@ -138,7 +138,7 @@ fn problems_of_ones_own_have_their_states_and_controls() {
     let o = apsides(&["solve", &file, "--quiet", "--out", &path(&out), "--points", "101", "--format", "oem"]);
     assert_eq!(o.status.code(), Some(2));
     assert!(
-        stderr(&o).contains("three states of position (m) and three of velocity (m/s) would be needed"),
+        stderr(&o).contains("a table [motion] with body, position and velocity would say them"),
         "{}",
         stderr(&o)
     );

@@ -10,7 +10,7 @@ use crate::{EphemerisError, Epoch, aem, czml, npz, oem, opm, text};
 pub type NamedFile = (&'static str, Vec<u8>);
 
 /// The states that a place takes.
-pub const NEEDED: &str = "three states of position (m) and three of velocity (m/s) would be needed, by a kind of mission that says which they are";
+pub const NEEDED: &str = "three coordinates of position (m) and three of velocity (m/s) would be needed, by a kind of mission that says them";
 
 impl Format {
     /// Names of all files that the formats have.

@@ -20,12 +20,12 @@ pub struct Point {
     pub position: [f64; 3],
     /// Velocity, m/s.
     pub velocity: [f64; 3],
-    /// Thrust, N.
-    pub thrust: [f64; 3],
-    /// Mass, kg.
-    pub mass: f64,
-    /// Velocity change that the engine has given since the start of the flight, m/s.
-    pub delta_v: f64,
+    /// Thrust, N, where it is known.
+    pub thrust: Option<[f64; 3]>,
+    /// Mass, kg, where it is known.
+    pub mass: Option<f64>,
+    /// Velocity change that the engine has given since the start of the flight, m/s, where it is known.
+    pub delta_v: Option<f64>,
     /// Unit quaternion, scalar first, that turns vectors from the axes of the vehicle to these; none of a point.
     pub attitude: Option<[f64; 4]>,
     /// Loads, in the order of [`About::loads`].

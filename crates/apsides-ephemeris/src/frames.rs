@@ -94,6 +94,18 @@ impl Topocentric {
         Self { origin: surface.position(longitude, latitude, altitude), axes }
     }
 
+    /// A position (m) in axes fixed to the body from its components to the east, to the north and upwards (m).
+    #[must_use]
+    pub fn position(&self, components: [f64; 3]) -> [f64; 3] {
+        sum(self.origin, self.vector(components))
+    }
+
+    /// A vector in axes fixed to the body from its components to the east, to the north and upwards.
+    #[must_use]
+    pub fn vector(&self, components: [f64; 3]) -> [f64; 3] {
+        transposed_times(&self.axes, components)
+    }
+
     /// Components to the east, to the north and upwards (m) of a position (m) in axes fixed to the body.
     #[must_use]
     pub fn components(&self, position: [f64; 3]) -> [f64; 3] {

@@ -28,7 +28,9 @@ pub(crate) fn write(table: &Ephemeris, row: usize, created: &Epoch) -> String {
         for (key, value) in STATE[3..].iter().zip(velocity) {
             message.line(format_args!("{key} = {value:.12} [km/s]"));
         }
-        message.line(format_args!("\nMASS = {:.6} [kg]", state.mass));
+        if let Some(mass) = state.mass {
+            message.line(format_args!("\nMASS = {mass:.6} [kg]"));
+        }
     }
     message.text()
 }

@@ -37,8 +37,8 @@ pub struct PlacedState {
     pub fixed_position: [f64; 3],
     /// Velocity relative to the body, in axes fixed to it.
     pub fixed_velocity: [f64; 3],
-    /// Mass, kg.
-    pub mass: f64,
+    /// Mass, kg, where it is known.
+    pub mass: Option<f64>,
     /// Unit quaternion, scalar first, that turns vectors from the axes of the vehicle to those of the ICRF; none of a point.
     pub attitude: Option<[f64; 4]>,
 }
@@ -174,7 +174,7 @@ impl Ephemeris {
         Ok(table)
     }
 
-    /// Leaves out the quantities that some phases do not have: what they say is in those that all have.
+    /// Leaves out the quantities that some phases do not have: what they say is in those that all have, or is not known.
     fn without_gaps(&mut self) {
         self.columns.retain(|(_, values)| values.iter().all(|v| v.is_finite()));
     }
@@ -207,7 +207,7 @@ impl PlacedState {
         let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
         let position = finite(&self.position) && finite(&self.fixed_position);
         let velocity = finite(&self.velocity) && finite(&self.fixed_velocity);
-        match (position, velocity, self.mass.is_finite()) {
+        match (position, velocity, self.mass.is_none_or(f64::is_finite)) {
             (false, ..) => Some("position"),
             (_, false, _) => Some("velocity"),
             (.., false) => Some("mass"),
@@ -252,7 +252,10 @@ impl Placed {
                 (inertial, fixed, &|v| self.frames.inertial_to_icrf(v))
             }
         };
-        let thrust = to_icrf(point.thrust);
+        // What is not known has no number, and no column then.
+        let unknown = f64::NAN;
+        let (mass, delta_v) = (point.mass.unwrap_or(unknown), point.delta_v.unwrap_or(unknown));
+        let thrust = to_icrf(point.thrust.unwrap_or([unknown; 3]));
         let attitude = point.attitude.map(|q| turned_quaternion(q, to_icrf));
         let at = self.about.surface.geodetic(&fixed_position);
         let local = [at.up, at.east, at.north];
@@ -261,7 +264,7 @@ impl Placed {
         let [inertial, ground, push] =
             [orientation.vector_to_fixed(velocity), fixed_velocity, orientation.vector_to_fixed(thrust)]
                 .map(along);
-        let (size, weight) = (norm(point.thrust), self.weight(&position, point.mass));
+        let (size, weight) = (norm(thrust), self.weight(&position, mass));
         let state =
             PlacedState { position, velocity, fixed_position, fixed_velocity, mass: point.mass, attitude };
         let longitude = fixed_position[1].atan2(fixed_position[0]);
@@ -271,9 +274,9 @@ impl Placed {
         row.extend([longitude.to_degrees(), latitude.to_degrees(), at.altitude]);
         row.extend(polar(inertial));
         row.extend(polar(ground));
-        row.extend([point.mass, point.delta_v, size]);
+        row.extend([mass, delta_v, size]);
         row.extend([thrust, push].as_flattened());
-        row.extend([size / point.mass, size / weight]);
+        row.extend([size / mass, size / weight]);
         row.extend(self.site.iter().flat_map(|site| site.components(fixed_position)));
         row.extend(&point.loads);
         (state, row)

@@ -30,7 +30,7 @@ const BODY: &str = "body";
 const ICRF: &str = "icrf";
 
 /// Keys of missions that have a place about a body. They change no flight; in files they stand only where they are stated.
-pub(crate) const KEYS: &[Key] = &[
+pub const KEYS: &[Key] = &[
     Key::text(
         EPOCH,
         Epoch::DEFAULT,

@@ -6,9 +6,10 @@ use apsides_expressions::text::TextWriter;
 use apsides_expressions::{Expression, Unit};
 
 use crate::model::{
-    Amount, Bounded, End, Guess, Link, Model, Objective, Phase, Profile, Row, Shape, Stated, TableData,
-    Variable,
+    Amount, Bounded, End, Guess, Link, Model, Objective, Phase, Profile, Row, Shape, Stated, StatedMotion,
+    TableData, Variable,
 };
+use crate::motion_table::AXES;
 use crate::statement::Statement;
 
 impl Statement {
@@ -58,6 +59,9 @@ impl<'a> Exporter<'a> {
         }
         for guess in &model.guess {
             self.guess(&mut body, guess, model);
+        }
+        if let Some(motion) = &model.motion {
+            self.motion(&mut body, motion);
         }
         let mut parameters = String::new();
         for parameter in &model.parameters {
@@ -239,6 +243,38 @@ impl<'a> Exporter<'a> {
         if let Some(scale) = &objective.scale {
             let scale = self.stated(scale);
             line(out, "scale", &scale);
+        }
+    }
+
+    fn motion(&mut self, out: &mut String, motion: &StatedMotion) {
+        let _ = writeln!(out, "\n[motion]");
+        line(out, "body", &quoted(&motion.body));
+        if let Some((word, _)) = AXES.iter().find(|(_, axes)| *axes == motion.axes) {
+            line(out, "axes", &quoted(word));
+        }
+        if let Some(site) = &motion.site {
+            let parts = [
+                ("longitude", Some(&site.longitude)),
+                ("latitude", Some(&site.latitude)),
+                ("altitude", site.altitude.as_ref()),
+            ];
+            let parts = parts.into_iter().filter_map(|(key, part)| Some((key, part?)));
+            let items: Vec<String> =
+                parts.map(|(key, part)| format!("{key} = {}", self.stated(part))).collect();
+            line(out, "site", &braces(&items));
+        }
+        for (key, parts) in motion.named_parts() {
+            for part in parts {
+                let key =
+                    part.phase.as_ref().map_or_else(|| key.to_owned(), |phase| format!("{key}.{phase}"));
+                let formulas: Vec<String> =
+                    part.components.iter().map(|f| quoted(&self.formula(f))).collect();
+                let value = match &formulas[..] {
+                    [only] => only.clone(),
+                    _ => format!("[{}]", formulas.join(", ")),
+                };
+                line(out, &key, &value);
+            }
         }
     }
 

@@ -41,6 +41,7 @@
 //! | [`file`](mod@file) | [`ProblemFile`]: reading |
 //! | [`write`](mod@write), [`export`] | the file with other values; the file of a problem that a program states |
 //! | [`model`] | the parts of a problem, which a program can state, too |
+//! | [`motion`] | the motion about a body that a problem states, for ephemerides |
 //! | [`statement`] | [`Statement`]: the checked problem, posed for values of its constants |
 //! | [`error`], [`missing`], [`place`] | mistakes, what is missing, and their places |
 //! | [`program`] | formulas as programs of `apsides-ad` |
@@ -54,6 +55,8 @@ pub mod file;
 mod guess;
 pub mod missing;
 pub mod model;
+pub mod motion;
+mod motion_table;
 mod names;
 pub mod place;
 mod pose;
@@ -69,6 +72,7 @@ pub use error::ProblemError;
 pub use file::ProblemFile;
 pub use missing::Missing;
 pub use model::{Constant, Model};
+pub use motion::{PosedMotion, VehicleMotion};
 pub use place::Place;
 pub use program::Program;
 pub use statement::{DeclaredUnit, PosedProblem, Statement};

@@ -256,6 +256,62 @@ pub struct Guess {
     pub profiles: Vec<(String, Range<usize>, Profile)>,
 }
 
+/// The axes of a stated motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionAxes {
+    /// Inertial axes at the centre of the body.
+    Inertial,
+    /// Axes fixed to the body, at its centre; velocities are relative to it.
+    Fixed,
+    /// To the east, to the north and upwards at a site, from there; velocities are relative to the body.
+    Site,
+}
+
+/// A place on a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionSite {
+    /// Longitude; numbers are in deg.
+    pub longitude: Stated,
+    /// Geodetic latitude; numbers are in deg.
+    pub latitude: Stated,
+    /// Height above the surface, where it is not zero; numbers are in m.
+    pub altitude: Option<Stated>,
+}
+
+/// The formulas of a quantity of a motion, in one phase or in all.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionPart {
+    /// The phase; none of all.
+    pub phase: Option<String>,
+    /// Its place.
+    pub at: Range<usize>,
+    /// Formulas of states, controls, parameters and time: three of a vector, one of a mass.
+    pub components: Vec<Expression>,
+}
+
+/// The motion about a body that ephemerides are made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StatedMotion {
+    /// Its place.
+    pub at: Range<usize>,
+    /// Name of the body, or the path of its file.
+    pub body: String,
+    /// The place of the name of the body.
+    pub body_at: Range<usize>,
+    /// The axes of the vectors.
+    pub axes: MotionAxes,
+    /// The site of the axes, if they have one.
+    pub site: Option<MotionSite>,
+    /// Position.
+    pub position: Vec<MotionPart>,
+    /// Velocity.
+    pub velocity: Vec<MotionPart>,
+    /// Thrust; empty where it is not stated.
+    pub thrust: Vec<MotionPart>,
+    /// Mass; empty where it is not stated.
+    pub mass: Vec<MotionPart>,
+}
+
 /// Everything that a file states.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
@@ -283,6 +339,8 @@ pub struct Model {
     pub objective: Option<Objective>,
     /// The start of a solve.
     pub guess: Vec<Guess>,
+    /// The motion about a body, if there is one.
+    pub motion: Option<StatedMotion>,
     /// Units are declared.
     pub has_units: bool,
     /// Units are checked through all formulas.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use apsides_ad::{AdError, NodeFunction, Table, Value as AdValue, formula_node};
+use apsides_ad::{AdError, Formula, NodeFunction, Table, Value as AdValue, formula_node};
 use apsides_expressions::suggestion::suggested_name;
 use apsides_expressions::{Compiler, Dimension, Quantity, Unit, Value};
 use apsides_ocp::{Bounds, Direction, Integral, Kink, PathConstraint, Phase, State, Variable};
@@ -113,14 +113,19 @@ fn state(amounts: &mut Amounts<'_>, v: &model::Variable) -> Result<State, Proble
 type Switches = Vec<(usize, f64)>;
 
 /// A program over states, controls, parameters and time of a phase.
-struct Inputs<'a> {
-    compiler: Compiler<'a, Program>,
+pub(crate) struct Inputs<'a> {
+    pub(crate) compiler: Compiler<'a, Program>,
     /// Earliest and latest time.
     times: [f64; 2],
 }
 
 impl<'a> Inputs<'a> {
-    fn new(amounts: &Amounts<'a>, phase: &model::Phase, times: [f64; 2], tables: &[Table]) -> Self {
+    pub(crate) fn new(
+        amounts: &Amounts<'a>,
+        phase: &model::Phase,
+        times: [f64; 2],
+        tables: &[Table],
+    ) -> Self {
         let parameters = &amounts.model.parameters;
         let named = phase.states.iter().chain(&phase.controls).chain(parameters);
         let named: Vec<(&str, Dimension)> = named.map(|v| (v.name.as_str(), v.unit.dimension)).collect();
@@ -140,9 +145,13 @@ impl<'a> Inputs<'a> {
         Self { compiler, times }
     }
 
-    fn node(&mut self, outputs: &[Quantity<AdValue>]) -> Result<(Arc<dyn NodeFunction>, Switches), AdError> {
+    pub(crate) fn formula(&mut self, outputs: &[Quantity<AdValue>]) -> Result<Formula, AdError> {
         let values: Vec<AdValue> = outputs.iter().map(|q| self.compiler.recorded(*q)).collect();
-        let formula = self.compiler.recorder().builder.formula(&values)?;
+        self.compiler.recorder().builder.formula(&values)
+    }
+
+    fn node(&mut self, outputs: &[Quantity<AdValue>]) -> Result<(Arc<dyn NodeFunction>, Switches), AdError> {
+        let formula = self.formula(outputs)?;
         let time = formula.inputs() - 1;
         let mut kinks: Switches = formula.kinks().into_iter().filter_map(|k| k.input).collect();
         let instants = formula.instants(time, self.times, &[]);

@@ -12,7 +12,7 @@ use crate::reader::{Field, Files, Node, Reader, Texts, described, fields, quanti
 use crate::tables;
 
 /// The tables and keys of a file.
-pub(crate) const TOP: [&str; 13] = [
+pub(crate) const TOP: [&str; 14] = [
     "kind",
     "name",
     "title",
@@ -26,6 +26,7 @@ pub(crate) const TOP: [&str; 13] = [
     "boundary",
     "objective",
     "guess",
+    "motion",
 ];
 
 const CONTROL: [&str; 9] = ["unit", "min", "max", "scale", "guard", "rate", "start", "end", "tolerance"];
@@ -102,6 +103,7 @@ pub(crate) fn read(
                     reader.guess(&field, &mut model.guess)?;
                 }
             }
+            "motion" => model.motion = Some(reader.motion(&field)?),
             other if others.contains(&other) => {}
             _ => {
                 let known: Vec<&str> = TOP.iter().chain(others).copied().collect();

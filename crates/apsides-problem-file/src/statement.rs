@@ -9,6 +9,7 @@ use crate::amounts::Amounts;
 use crate::error::ProblemError;
 use crate::missing::missing;
 use crate::model::{Bounded, Constant, Model, Row, Shape, TableData};
+use crate::motion::{PosedMotion, motion};
 use crate::place::{Place, Source, StatedIn};
 use crate::rates::with_limited_rates;
 use crate::reader::Texts;
@@ -30,6 +31,8 @@ pub struct PosedProblem {
     pub ocp: Ocp,
     /// The point where a method starts.
     pub guess: Guess,
+    /// The motion about a body, if one is stated.
+    pub motion: Option<PosedMotion>,
 }
 
 /// A quantity in the unit that the problem declares.
@@ -167,7 +170,8 @@ impl Statement {
         let problem = |source| ProblemError::Problem { file: self.source.name.clone(), source };
         let ocp = builder.build().map_err(problem)?;
         let guess = guess::guess(&mut amounts, &self.tables, &ocp)?;
-        Ok(PosedProblem { ocp, guess })
+        let motion = motion(&mut amounts, &self.tables)?;
+        Ok(PosedProblem { ocp, guess, motion })
     }
 
     fn link(&self, amounts: &mut Amounts<'_>, mut builder: OcpBuilder) -> Result<OcpBuilder, ProblemError> {

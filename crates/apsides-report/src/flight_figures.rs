@@ -325,11 +325,11 @@ type NamedColumns = &'static [(&'static str, &'static str)];
 /// Title and unit of a figure over time, and its curves.
 const HISTORIES: [(&str, &str, NamedColumns); 11] = [
     ("altitude", "m", &[("", "altitude_m")]),
-    ("speed", "m/s", &[("inertial", "speed_m_per_s"), ("over ground", "ground_speed_m_per_s")]),
+    ("speed", "m/s", &[("inertial", "speed_m_per_s"), (OVER_GROUND, "ground_speed_m_per_s")]),
     (
         "flight path angle",
         "deg",
-        &[("inertial", "flight_path_angle_deg"), ("over ground", "ground_path_angle_deg")],
+        &[("inertial", "flight_path_angle_deg"), (OVER_GROUND, "ground_path_angle_deg")],
     ),
     ("mass", "kg", &[("", "mass_kg")]),
     ("velocity change spent", "m/s", &[("", "delta_v_m_per_s")]),
@@ -341,6 +341,9 @@ const HISTORIES: [(&str, &str, NamedColumns); 11] = [
     ("Mach number", "-", &[("", "Mach_number")]),
 ];
 
+/// What a curve says of the motion relative to the ground.
+const OVER_GROUND: &str = "over ground";
+
 /// Curves that differ by less than this part of their size are one.
 const SAME: f64 = 0.01;
 /// Speed below which a motion has no direction, m/s.
@@ -351,10 +354,15 @@ fn histories(table: &Ephemeris) -> Vec<Figure> {
     if table.body.is_none() {
         return Vec::new();
     }
+    // High above a body that turns, the motion relative to its ground has neither the speed nor the direction of the orbit: towards the orbit
+    // of the rotation both vanish.
+    let is_low = is_near_ground(table);
     let figure = |(title, unit, curves): &(&str, &str, NamedColumns)| {
         let mut shown: Vec<(&str, &[f64])> = Vec::new();
         for (name, header) in *curves {
-            let Some(values) = table.column(header) else { continue };
+            let Some(values) = table.column(header).filter(|_| is_low || *name != OVER_GROUND) else {
+                continue;
+            };
             let size = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             let [low, high] = ends(values.iter().copied());
             let differs = |other: &[f64]| values.iter().zip(other).any(|(a, b)| (a - b).abs() > SAME * size);
@@ -368,7 +376,7 @@ fn histories(table: &Ephemeris) -> Vec<Figure> {
         for (k, (name, values)) in shown.into_iter().enumerate() {
             let speed = match name {
                 _ if *unit != "deg" => None,
-                "over ground" => table.column("ground_speed_m_per_s"),
+                OVER_GROUND => table.column("ground_speed_m_per_s"),
                 _ => table.column("speed_m_per_s"),
             };
             let is_still = |row: usize| speed.and_then(|speed| speed.get(row)).is_some_and(|v| *v < STILL);
@@ -380,6 +388,15 @@ fn histories(table: &Ephemeris) -> Vec<Figure> {
         (!figure.series.is_empty()).then_some(figure)
     };
     HISTORIES.iter().filter_map(figure).collect()
+}
+
+/// True of a flight that stays within a part of the radius above the ground.
+fn is_near_ground(table: &Ephemeris) -> bool {
+    let (Some(altitude), Some(first)) = (table.column("altitude_m"), table.states.first()) else {
+        return false;
+    };
+    let radius = norm(&first.position, 0.0) - altitude.first().copied().unwrap_or_default();
+    altitude.iter().all(|a| *a <= HIGH * radius)
 }
 
 fn spans(table: &Ephemeris) -> Vec<Span> {
@@ -453,9 +470,9 @@ mod tests {
             let point = Point {
                 position: [r * cos, r * sin, 0.0],
                 velocity: [-speed * sin, speed * cos, 0.0],
-                thrust: [thrust * sin, -thrust * cos, 0.0],
-                mass: 300.0 - time,
-                delta_v: time,
+                thrust: Some([thrust * sin, -thrust * cos, 0.0]),
+                mass: Some(300.0 - time),
+                delta_v: Some(time),
                 attitude: None,
                 loads: Vec::new(),
             };
@@ -494,6 +511,18 @@ mod tests {
             "the start is to the right"
         );
         assert_eq!([&view.series[3].label, &view.series[4].label], ["coast", "thrust"]);
+    }
+
+    #[test]
+    fn the_motion_over_ground_is_of_low_flights() {
+        let curves = |altitude: f64| {
+            let found = shown(&Arc { altitude, angle: 5.0, lands: true }, Vec::new());
+            let speeds = found.histories.iter().find(|f| f.title == "speed").unwrap();
+            speeds.series.iter().map(|s| s.label.clone()).collect::<Vec<_>>()
+        };
+        // The Moon turns slowly: four Earth radii away its ground is tens of metres a second off, of a thousand.
+        assert_eq!(curves(2e7), [""], "inertial alone");
+        assert_eq!(curves(1e5).len(), 1, "the same to a percent");
     }
 
     #[test]

@@ -144,17 +144,21 @@ fn objective(summary: &Summary) -> String {
     format!("{} {}", readable(summary.objective.value, DIGITS), pretty(&summary.objective.unit))
 }
 
-/// The results that name the case, without the objective.
-fn headline(outcome: &Outcome) -> Vec<(&str, f64)> {
-    let summary = &outcome.summary;
-    let objective = summary.objective.name.replace('_', " ");
+/// Keys of the results that name a case, without that of the objective, which has a place of its own beside them.
+pub fn headline_beside_objective(outcome: &Outcome) -> impl Iterator<Item = &str> {
+    let objective = outcome.summary.objective.name.replace('_', " ");
     // Own problems name its result after it.
-    let is_objective = |key: &str| {
+    let is_objective = move |key: &str| {
         let (name, _) = split_key(key);
         name.strip_prefix("objective ").unwrap_or(&name) == objective
     };
-    let named = outcome.headline.iter().map(String::as_str).filter(|key| !is_objective(key));
-    named.filter_map(|key| Some((key, *summary.results.get(key)?))).take(FACTS).collect()
+    outcome.headline.iter().map(String::as_str).filter(move |key| !is_objective(key))
+}
+
+/// The results that name the case, without the objective.
+fn headline(outcome: &Outcome) -> Vec<(&str, f64)> {
+    let results = &outcome.summary.results;
+    headline_beside_objective(outcome).filter_map(|key| Some((key, *results.get(key)?))).take(FACTS).collect()
 }
 
 /// One sentence: the flight, its cost, its verdict.

@@ -98,7 +98,7 @@ pub use files::{Item, json, replace, table_error};
 pub use flight_figures::Presentation;
 pub use footprint::{footprint_map, write_footprint};
 pub use hazard_picture::HazardPicture;
-pub use html::{render_html, render_page};
+pub use html::{headline_beside_objective, render_html, render_page};
 pub use map_picture::MapPicture;
 pub use montecarlo::{SampleTable, merge_samples, state_samples, write_samples, write_shard};
 pub use multipliers::{

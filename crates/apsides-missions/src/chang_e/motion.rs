@@ -140,9 +140,9 @@ impl Motion for DescentMotion<'_> {
         Some(Point {
             position,
             velocity,
-            thrust,
-            mass,
-            delta_v: self.lander.descent.engine.velocity_change(self.lander.initial_mass, mass),
+            thrust: Some(thrust),
+            mass: Some(mass),
+            delta_v: Some(self.lander.descent.engine.velocity_change(self.lander.initial_mass, mass)),
             attitude: None,
             loads: Vec::new(),
         })

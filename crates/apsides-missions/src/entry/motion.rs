@@ -58,9 +58,9 @@ impl Motion for EntryMotion<'_> {
         Some(Point {
             position: local.up.map(|c| c * radius),
             velocity: local.vector([speed * sin, speed * cos * east, speed * cos * north]),
-            thrust: [0.0; 3],
-            mass: flight.vehicle.mass,
-            delta_v: 0.0,
+            thrust: Some([0.0; 3]),
+            mass: Some(flight.vehicle.mass),
+            delta_v: Some(0.0),
             attitude: None,
             loads: self.loads.iter().map(load).collect(),
         })

@@ -60,9 +60,9 @@ impl Motion for InjectionMotion<'_> {
         Some(Point {
             position: orbit.position,
             velocity: orbit.velocity,
-            thrust,
-            mass,
-            delta_v: engine.velocity_change(injection.initial_mass, mass),
+            thrust: Some(thrust),
+            mass: Some(mass),
+            delta_v: Some(engine.velocity_change(injection.initial_mass, mass)),
             attitude: None,
             loads: Vec::new(),
         })

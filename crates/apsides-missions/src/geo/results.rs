@@ -98,9 +98,9 @@ pub(super) fn curves(injection: &GeoInjection, t: &Trajectory) -> Vec<Curve> {
     vec![
         Curve {
             title: "Altitude over time".into(),
-            x: unit("time", "h"),
+            x: unit("time", "s"),
             y: unit("altitude", "km"),
-            series: series(&|time, state| [time / 3600.0, (place(state).0 - surface) / 1e3]),
+            series: series(&|time, state| [time, (place(state).0 - surface) / 1e3]),
         },
         Curve {
             title: "Flight in the orbital plane".into(),

@@ -67,7 +67,7 @@ impl FlownPlan {
             phase.control.evaluate_in(leg, time, &mut control);
         }
         let point = self.motion.point(self.first + k, time, &phase.state_at(time), &control);
-        let [x, y, _] = point.map_or([0.0; 3], |p| p.thrust);
+        let [x, y, _] = point.and_then(|p| p.thrust).unwrap_or_default();
         vector::add(&vector::scale(&self.axes[0], x), &vector::scale(&self.axes[1], y))
     }
 
@@ -103,7 +103,8 @@ impl PlannedLanding {
             let up = vector::scale(&point.position, vector::norm(&point.position, 0.0).recip());
             // In the plane of the plan, ahead is a quarter of a turn on; the right of the course is below it.
             let axes = [up, [-up[1], up[0], 0.0], [0.0, 0.0, -1.0]];
-            Ok::<_, Error>((joined(point.position, point.velocity, point.mass), axes))
+            let mass = point.mass.ok_or_else(no_plan)?;
+            Ok::<_, Error>((joined(point.position, point.velocity, mass), axes))
         };
         let (first, last) = plan.phases.first().zip(plan.phases.last()).ok_or_else(no_plan)?;
         let (start, start_axes) = at(0, first, first.initial_time)?;

@@ -80,9 +80,9 @@ impl Motion for LandingMotion {
         Some(Point {
             position: in_plane(radius, 0.0),
             velocity: in_plane(upward, along),
-            thrust: in_plane(thrust * thrust_angle.sin(), thrust * thrust_angle.cos()),
-            mass,
-            delta_v: engine.velocity_change(self.mass, mass),
+            thrust: Some(in_plane(thrust * thrust_angle.sin(), thrust * thrust_angle.cos())),
+            mass: Some(mass),
+            delta_v: Some(engine.velocity_change(self.mass, mass)),
             attitude: None,
             loads: Vec::new(),
         })

@@ -2,19 +2,23 @@
 //!
 //! They say what states, controls, equations of motion, constraints and the objective are; their constants are the keys of the mission.
 
+mod motion;
 mod paths;
 
 use std::sync::{Arc, OnceLock};
 
+use apsides_dynamics::Body;
+use apsides_ephemeris::Motion;
 pub use apsides_expressions::function_names;
 use apsides_ocp::not_finite::NamedFormula;
 use apsides_ocp::{PhaseTrajectory, Trajectory};
 use apsides_pipeline::file::{StatedValue, line};
 use apsides_pipeline::key::{Key, KeyKind, Range, Value};
 use apsides_pipeline::method::{MethodName, Methods};
+use apsides_pipeline::placing::{self, Whereabouts};
 use apsides_pipeline::registry::Document;
 use apsides_pipeline::values::Values;
-use apsides_pipeline::{Curve, Error, Kind, Mission, Pipeline, Posed, Scalars, regular_file};
+use apsides_pipeline::{Curve, Error, Kind, Mission, Offers, Pipeline, Posed, Scalars, regular_file};
 use apsides_problem_file::{Constant, DeclaredUnit, PosedProblem, ProblemFile, Statement, Written};
 
 /// Names of the units that files may declare.
@@ -35,11 +39,16 @@ pub const WORD: &str = "problem";
 /// A file of this kind, with comments, that is solved as it is.
 pub const STARTER: &str = include_str!("../../missions/problem/starter.toml");
 
+/// The table that a file without a place needs.
+const MOTION_NEEDED: &str = "a table [motion] with body, position and velocity would say them";
+
 /// A problem with the values of its constants.
 #[derive(Clone)]
 pub struct OwnProblem {
     statement: Arc<Statement>,
     posed: PosedProblem,
+    /// The body of the motion that is stated.
+    body: Option<Body>,
     /// Keys of the results that name a case in a table.
     headline: Vec<String>,
 }
@@ -57,13 +66,20 @@ impl std::fmt::Debug for OwnProblem {
 pub fn read(document: &Document<'_>) -> Result<(Kind, Vec<StatedValue>), Error> {
     let files =
         |path: &str| regular_file::read_text(&document.directory.unwrap_or_else(|| "".as_ref()).join(path));
-    let mut others: Vec<&str> = Methods::keys().filter_map(|k| k.path.split('.').next()).collect();
+    let mut others: Vec<&str> =
+        Methods::keys().chain(placing::KEYS).filter_map(|k| k.path.split('.').next()).collect();
     others.dedup();
     let file = ProblemFile::parse(document.text, document.source, &files, &others).map_err(Error::model)?;
     let place = |offset| format!("{}, line {}", document.source, line(document.text, offset));
     let mut stated = apsides_pipeline::file::entries(document.text, place)?;
     stated.retain(|e| others.contains(&e.path.split('.').next().unwrap_or_default()));
     let statement = Arc::new(file.statement().clone());
+    let is_placing = |e: &&StatedValue| placing::KEYS.iter().any(|key| key.path == e.path);
+    if let Some(e) = stated.iter().find(is_placing).filter(|_| statement.motion().is_none()) {
+        let reason =
+            format!("`{}` is of ephemerides, and the file says no position: {MOTION_NEEDED}", e.path);
+        return Err(Error::Conflict { place: e.place.clone(), reason });
+    }
     stated.extend(stated_constants(&statement));
     Ok((kind_of(statement, move |values| written(&file, values)), stated))
 }
@@ -127,7 +143,11 @@ fn kind_of(statement: Arc<Statement>, writes: impl Fn(&Values) -> String + Send 
     };
     let keys: Vec<Key> = statement.constants().iter().map(key).collect();
     let (name, title) = (statement.name().to_owned(), statement.title().to_owned());
-    Kind::of_file(name, title, keys, move |values| Ok(Arc::new(OwnProblem::new(&statement, values)?)), writes)
+    let offers = Offers { ephemeris: statement.motion().is_some(), ..Offers::default() };
+    let reads = move |values: &Values| -> Result<Arc<dyn Mission>, Error> {
+        Ok(Arc::new(OwnProblem::new(&statement, values)?))
+    };
+    Kind::of_file(name, title, keys, reads, writes).offering(offers)
 }
 
 fn constants(statement: &Statement, values: &Values) -> Result<Vec<f64>, Error> {
@@ -160,12 +180,13 @@ impl OwnProblem {
     fn new(statement: &Arc<Statement>, values: &Values) -> Result<Self, Error> {
         let posed = statement.pose(&constants(statement, values)?).map_err(Error::model)?;
         let mut headline = vec![objective_key(&posed)];
+        let body = motion::body_of(statement)?;
         let times = posed.ocp.phases.iter().map(|p| {
             let unit = statement.time_unit(&p.name).map_or_else(String::new, |u| u.name);
             with_unit(&before(&p.name, posed.ocp.phases.len() > 1, "final_time"), &unit)
         });
         headline.extend(times);
-        Ok(Self { statement: Arc::clone(statement), posed, headline })
+        Ok(Self { statement: Arc::clone(statement), posed, body, headline })
     }
 
     /// The problem as it is stated.
@@ -251,8 +272,17 @@ impl Mission for OwnProblem {
     }
 
     fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
-        let PosedProblem { ocp, guess } = self.posed.clone();
+        let PosedProblem { ocp, guess, .. } = self.posed.clone();
         Ok(Posed::new(ocp, guess))
+    }
+
+    fn whereabouts(&self) -> Whereabouts {
+        if self.body.is_some() { Whereabouts::Point } else { Whereabouts::NotSo(MOTION_NEEDED) }
+    }
+
+    fn motion<'a>(&'a self, solution: &'a Trajectory) -> Option<Box<dyn Motion + 'a>> {
+        let (posed, body) = (self.posed.motion.as_ref()?, self.body.as_ref()?);
+        Some(Box::new(motion::StatedFlight::new(posed, body, &solution.parameters)))
     }
 
     fn headline(&self) -> Vec<&str> {

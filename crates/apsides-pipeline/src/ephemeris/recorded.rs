@@ -83,9 +83,9 @@ impl<'a> RecordedFlight<'a> {
         Point {
             position: motion.map(|(p, _)| p),
             velocity: motion.map(|(_, v)| v),
-            thrust: [0.0; 3],
-            mass: self.mass,
-            delta_v: 0.0,
+            thrust: Some([0.0; 3]),
+            mass: Some(self.mass),
+            delta_v: Some(0.0),
             attitude: Some(turned_evenly(quaternions, part)),
             loads: Vec::new(),
         }

@@ -140,7 +140,7 @@ impl PlannedStages {
             }
             let motion = DescentMotion::of(&self.landing.lander, &self.plan, diverts);
             let point = motion.point(k, time, &phase.state_at(time), &control);
-            let thrust = point.map_or([0.0; 3], |p| p.thrust);
+            let thrust = point.and_then(|p| p.thrust).unwrap_or_default();
             self.frame().to_inertial(time + later, thrust, [0.0; 3]).0.map(|f| f * factor)
         };
         Some(breaks.windows(2).enumerate().map(move |(leg, ends)| ThrustArc {
@@ -240,10 +240,11 @@ fn stage_end(
     let motion = DescentMotion::of(lander, plan, diverts.map(Some));
     let control = if phase.control.dimension() > 0 { phase.control_at(time) } else { Vec::new() };
     let point = motion.point(k, time, &phase.state_at(time), &control)?;
+    let (thrust, mass) = (point.thrust?, point.mass?);
     let (_, longitude, latitude) = Local::spherical(point.position);
     let local = Local::at(longitude, latitude);
     let free = free_acceleration(lander, &point.position, &point.velocity);
-    let acceleration = vector::add(&free, &vector::scale(&point.thrust, point.mass.recip()));
+    let acceleration = vector::add(&free, &vector::scale(&thrust, mass.recip()));
     Some(StageEnd {
         duration: time - phase.initial_time,
         position: point.position,
