@@ -51,7 +51,7 @@ mass = "m"
 thrust = [0, 0, "throttle*thrust"]
 "#;
 
-/// What is written must hold to, m and m/s.
+/// Published: the accuracy that files of an ephemeris must have, m and m/s.
 const POSITION: f64 = 1.0;
 const VELOCITY: f64 = 1e-3;
 

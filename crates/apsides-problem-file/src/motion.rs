@@ -13,9 +13,7 @@ use apsides_expressions::{Dimension, Expression, Unit};
 use crate::amounts::Amounts;
 use crate::error::ProblemError;
 use crate::model::{Model, MotionAxes, MotionPart, Phase, StatedMotion};
-use crate::place::Place;
 use crate::pose::{Inputs, TIME, time_unit};
-use crate::statement::Statement;
 
 const VELOCITY: Dimension = Dimension::new([1.0, 0.0, -1.0, 0.0, 0.0, 0.0]);
 const FORCE: Dimension = Dimension::new([1.0, 1.0, -2.0, 0.0, 0.0, 0.0]);
@@ -72,20 +70,6 @@ impl PosedMotion {
         let thrust = self.has_thrust.then(&mut vector);
         let mass = self.has_mass.then(&mut next);
         Some(VehicleMotion { position, velocity, mass, thrust })
-    }
-}
-
-impl Statement {
-    /// The stated motion about a body, if there is one.
-    #[must_use]
-    pub fn motion(&self) -> Option<&StatedMotion> {
-        self.model.motion.as_ref()
-    }
-
-    /// The place of the name of the body, if a motion is stated.
-    #[must_use]
-    pub fn place_of_body(&self) -> Option<Place> {
-        self.motion().map(|motion| *self.source.place(&motion.body_at))
     }
 }
 

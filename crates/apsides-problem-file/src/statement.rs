@@ -8,7 +8,7 @@ use apsides_ocp::{Guess, Ocp, OcpBuilder};
 use crate::amounts::Amounts;
 use crate::error::ProblemError;
 use crate::missing::missing;
-use crate::model::{Bounded, Constant, Model, Row, Shape, TableData};
+use crate::model::{Bounded, Constant, Model, Row, Shape, StatedMotion, TableData};
 use crate::motion::{PosedMotion, motion};
 use crate::place::{Place, Source, StatedIn};
 use crate::rates::with_limited_rates;
@@ -125,6 +125,18 @@ impl Statement {
             NamedFormula::Objective => self.model.objective.as_ref()?.formula.at(),
         };
         Some(*self.source.place(&self.texts.bytes(&span)))
+    }
+
+    /// The stated motion about a body, if there is one.
+    #[must_use]
+    pub fn motion(&self) -> Option<&StatedMotion> {
+        self.model.motion.as_ref()
+    }
+
+    /// The place of the name of the body, if a motion is stated.
+    #[must_use]
+    pub fn place_of_body(&self) -> Option<Place> {
+        self.motion().map(|motion| *self.source.place(&motion.body_at))
     }
 
     /// The unit in which a state, a control, a path constraint or an integral of a phase is declared.

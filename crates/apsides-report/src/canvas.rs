@@ -98,18 +98,35 @@ impl Canvas {
         self.elements.push_str("\"/>\n");
     }
 
-    /// A straight line of dashes.
-    pub(crate) fn dashes(&mut self, from: Point, to: Point, color: &str) {
+    /// A line of dashes, which go on over the points of a curve.
+    pub(crate) fn dashes(&mut self, points: &[Point], color: &str) {
         const DASH: f64 = 6.0;
         const GAP: f64 = 4.0;
-        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-        let length = dx.hypot(dy);
-        let mut start = 0.0;
-        while start < length {
-            let end = (start + DASH).min(length);
+        let mut dash: Vec<Point> = points.first().copied().into_iter().collect();
+        // Length that is left of the dash or of the gap.
+        let (mut left, mut is_dash) = (DASH, true);
+        for (from, to) in points.iter().zip(points.iter().skip(1)) {
+            let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+            let length = dx.hypot(dy);
             let at = |s: f64| (from.0 + dx * s / length, from.1 + dy * s / length);
-            self.line(&[at(start), at(end)], color, 1.4);
-            start += DASH + GAP;
+            let mut start = 0.0;
+            while length - start > left {
+                start += left;
+                if is_dash {
+                    dash.push(at(start));
+                    self.line(&dash, color, 1.4);
+                }
+                dash = vec![at(start)];
+                is_dash = !is_dash;
+                left = if is_dash { DASH } else { GAP };
+            }
+            left -= length - start;
+            if is_dash {
+                dash.push(*to);
+            }
+        }
+        if is_dash {
+            self.line(&dash, color, 1.4);
         }
     }
 

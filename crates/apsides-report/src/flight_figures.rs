@@ -95,6 +95,8 @@ struct Path<'a> {
     radius: f64,
     /// True of a flight that is drawn with the whole body, not with the ground below it.
     whole: bool,
+    /// Positions in inertial axes where the whole body is drawn, else in axes fixed to the body, m.
+    places: Vec<[f64; 3]>,
     /// Axes of the plane of the flight: along the middle of the path, and 90 degrees ahead.
     axes: [[f64; 3]; 2],
 }
@@ -104,21 +106,23 @@ impl<'a> Path<'a> {
         let first = table.states.first()?.position;
         let altitudes = table.column("altitude_m")?;
         let radius = norm(&first, 0.0) - altitudes.first()?;
-        let units: Vec<[f64; 3]> = table.states.iter().map(|s| unit(s.position)).collect();
-        let steps = units.windows(2).map(|pair| match pair {
-            [a, b] => angle_between(a, b),
-            _ => 0.0,
-        });
-        let angle: f64 = steps.sum();
-        let normal = (table.states.iter())
-            .map(|s| cross(&s.position, &s.velocity))
-            .fold([0.0; 3], |sum, n| [0, 1, 2].map(|k| sum[k] + n[k]));
         let highest = altitudes.iter().copied().fold(0.0, f64::max);
-        let whole = angle > FAR || highest > HIGH * radius;
+        let inertial: Vec<[f64; 3]> = table.states.iter().map(|s| s.position).collect();
+        let whole = travelled(&inertial) > FAR || highest > HIGH * radius;
+        // The ground below a flight stands still.
+        let fixed = || table.states.iter().map(|s| s.fixed_position).collect();
+        let places = if whole { inertial } else { fixed() };
+        let (units, angle) = (places.iter().map(|r| unit(*r)).collect::<Vec<_>>(), travelled(&places));
+        let normal = (table.states.iter())
+            .map(|s| match whole {
+                true => cross(&s.position, &s.velocity),
+                false => cross(&s.fixed_position, &s.fixed_velocity),
+            })
+            .fold([0.0; 3], |sum, n| [0, 1, 2].map(|k| sum[k] + n[k]));
         let up = if whole { unit(first) } else { middle(&units, angle)? };
         let ahead = unit(cross(&normal, &up));
         let is_known = radius > 0.0 && angle > LEAST_ANGLE && ahead.iter().chain(&up).all(|c| c.is_finite());
-        is_known.then_some(Self { table, radius, whole, axes: [up, ahead] })
+        is_known.then_some(Self { table, radius, whole, places, axes: [up, ahead] })
     }
 
     fn figures(&self) -> Vec<Figure> {
@@ -133,7 +137,7 @@ impl<'a> Path<'a> {
 
     /// The flight in its plane, to scale: with the whole body and the orbits of its ends, or with the ground below it.
     fn view(&self) -> Option<Figure> {
-        let mut places: Vec<[f64; 2]> = self.table.states.iter().map(|s| self.flat(s.position)).collect();
+        let mut places: Vec<[f64; 2]> = self.places.iter().map(|r| self.flat(*r)).collect();
         let axis = |label: &str| Axis::new(label, "m");
         let figure = if self.whole {
             let title = "Flight in its plane, to scale with the body";
@@ -298,6 +302,11 @@ impl<'a> Path<'a> {
     }
 }
 
+/// The angle about the body along a path, rad.
+fn travelled(places: &[[f64; 3]]) -> f64 {
+    places.windows(2).map(|pair| if let [a, b] = pair { angle_between(a, b) } else { 0.0 }).sum()
+}
+
 /// The direction in the middle of a path of unit vectors with this angle.
 fn middle(units: &[[f64; 3]], angle: f64) -> Option<[f64; 3]> {
     let mut sum = 0.0;
@@ -341,7 +350,7 @@ const HISTORIES: [(&str, &str, NamedColumns); 11] = [
     ("Mach number", "-", &[("", "Mach_number")]),
 ];
 
-/// What a curve says of the motion relative to the ground.
+/// Name of curves of the motion relative to the ground.
 const OVER_GROUND: &str = "over ground";
 
 /// Curves that differ by less than this part of their size are one.

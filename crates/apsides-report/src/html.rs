@@ -51,7 +51,9 @@ pub fn render_page(outcome: &Outcome, shown: &Presentation) -> Result<String, Re
         sites.iter().for_each(|site| map(&mut page, &site.title, site.picture()));
         page.push_str("</div>\n");
     }
-    results(&mut page, &summary.results);
+    let besides =
+        summary.results.iter().filter(|(key, _)| !is_named_after_objective(key, &summary.objective.name));
+    results(&mut page, &besides.map(|(key, value)| (key.clone(), *value)).collect());
     limits(&mut page, outcome);
     certificate_page::certificate(&mut page, &summary.certificate);
     phases(&mut page, outcome);
@@ -147,12 +149,17 @@ fn objective(summary: &Summary) -> String {
 /// Keys of the results that name a case, without that of the objective, which has a place of its own beside them.
 pub fn headline_beside_objective(outcome: &Outcome) -> impl Iterator<Item = &str> {
     let objective = outcome.summary.objective.name.replace('_', " ");
-    // Own problems name its result after it.
     let is_objective = move |key: &str| {
-        let (name, _) = split_key(key);
-        name.strip_prefix("objective ").unwrap_or(&name) == objective
+        is_named_after_objective(key, &outcome.summary.objective.name) || split_key(key).0 == objective
     };
     outcome.headline.iter().map(String::as_str).filter(move |key| !is_objective(key))
+}
+
+/// True of the key that own problems give the objective, with its name; a unit may follow.
+fn is_named_after_objective(key: &str, objective: &str) -> bool {
+    let words = |text: &str| text.replace(|c: char| !c.is_alphanumeric(), "_");
+    let rest = key.strip_prefix("objective_").and_then(|rest| rest.strip_prefix(&words(objective)));
+    rest.is_some_and(|unit| unit.is_empty() || unit.starts_with('_'))
 }
 
 /// The results that name the case, without the objective.

@@ -219,7 +219,7 @@ impl Drawing {
                 }),
             };
             if let Some([from, to]) = ends {
-                canvas.dashes(from, to, reference_color(index));
+                canvas.dashes(&[from, to], reference_color(index));
             }
         }
     }
@@ -228,10 +228,8 @@ impl Drawing {
         let places: Vec<Option<Point>> = series.points.iter().map(|p| self.place(*p)).collect();
         match series.style {
             SeriesStyle::Dots => places.into_iter().flatten().for_each(|p| canvas.dot(p, color)),
-            SeriesStyle::Bound => places.windows(2).for_each(|pair| {
-                if let [Some(from), Some(to)] = pair {
-                    canvas.dashes(*from, *to, color);
-                }
+            SeriesStyle::Bound => places.split(Option::is_none).for_each(|part| {
+                canvas.dashes(&part.iter().copied().flatten().collect::<Vec<_>>(), color);
             }),
             SeriesStyle::Body => {
                 let inside = |[x, y]: &[f64; 2]| {

@@ -113,8 +113,8 @@ pub(crate) fn superscript(c: char) -> char {
 }
 
 /// Splits a key such as `touchdown_speed_m_s` or `touchdown_speed_m_per_s` into `touchdown speed` and `m/s`; unknown endings
-/// stay in the name.
-fn split_tokens<'a>(tokens: &'a [&'a str]) -> Option<(&'a [&'a str], String)> {
+/// stay in the name, which has at least so many tokens.
+fn split_tokens<'a>(tokens: &'a [&'a str], least: usize) -> Option<(&'a [&'a str], String)> {
     let (last, name) = tokens.split_last()?;
     let unit = symbol(last)?;
     let (before, per) = match name.split_last() {
@@ -122,9 +122,9 @@ fn split_tokens<'a>(tokens: &'a [&'a str]) -> Option<(&'a [&'a str], String)> {
         _ => (name, false),
     };
     match before.split_last().and_then(|(top, rest)| Some((rest, symbol(top)?))) {
-        Some((rest, top)) if !rest.is_empty() => Some((rest, format!("{top}/{unit}"))),
+        Some((rest, top)) if rest.len() >= least => Some((rest, format!("{top}/{unit}"))),
         // `.._per_s` of something that is no unit: the whole is a name.
-        _ if per || name.is_empty() => None,
+        _ if per || name.len() < least => None,
         _ => Some((name, unit)),
     }
 }
@@ -132,7 +132,9 @@ fn split_tokens<'a>(tokens: &'a [&'a str]) -> Option<(&'a [&'a str], String)> {
 /// Name and unit of a key of the results.
 pub(crate) fn split_key(key: &str) -> (String, String) {
     let tokens: Vec<&str> = key.split('_').collect();
-    match split_tokens(&tokens) {
+    // What has a value at an end is named there, be it as short as a unit: `final_m_t`.
+    let end = tokens.iter().position(|token| ["final", "initial"].contains(token));
+    match split_tokens(&tokens, end.map_or(1, |k| k + 2)) {
         Some((name, unit)) => (name.join(" "), unit),
         None => (key.replace('_', " "), String::new()),
     }
@@ -210,6 +212,10 @@ mod tests {
         assert_eq!(split("peak_load_m_per_s2"), "peak load|m/s2");
         assert_eq!(split("heat_flux_w_per_m2"), "heat flux|W/m2");
         assert_eq!(split("thrust_n"), "thrust|N");
+        assert_eq!(split("final_m_t"), "final m|t");
+        assert_eq!(split("first_final_r_km"), "first final r|km");
+        assert_eq!(split("final_v_m_s"), "final v|m/s");
+        assert_eq!(split("initial_h"), "initial h|");
         assert_eq!(split("eccentricity"), "eccentricity|");
         assert_eq!(split("burns"), "burns|");
         assert_eq!(split("s"), "s|");
