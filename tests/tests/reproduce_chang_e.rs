@@ -12,6 +12,8 @@ const SPEED_M_S: f64 = 1e-6;
 const SOLVER_KG: f64 = 1e-6;
 /// Solver: the same where residuals of the reference are larger, kg.
 const SPACE_KG: f64 = 1e-5;
+/// Discretisation: the arc at a flat optimum, km.
+const ARC_KM: f64 = 0.01;
 /// Discretisation: a switch at a flat optimum, s.
 const SWITCH_S: f64 = 1e-3;
 
@@ -26,12 +28,12 @@ fn first(count: usize) -> Reproduction {
 
 #[test]
 fn orbit_and_braking() {
-    let found = first(2);
-    assert_eq!((found.complete, found.sheets.len(), parts("chang-e-3").unwrap()), (false, 2, 16));
+    let found = first(3);
+    assert_eq!((found.complete, found.sheets.len(), parts("chang-e-3").unwrap()), (false, 3, 19));
     for sheet in &found.sheets {
         assert_eq!((&sheet.failures[..], &sheet.unverified[..]), (&[][..], &[][..]), "{}", sheet.id);
     }
-    let [orbit, braking] = &found.sheets[..] else { panic!("{:?}", found.sheets.len()) };
+    let [orbit, zone, braking] = &found.sheets[..] else { panic!("{:?}", found.sheets.len()) };
     let near = |row: &str, key: &str, expected: f64, tolerance: f64| {
         let value = orbit.value(row, key).or_else(|| braking.value(row, key)).unwrap();
         assert!((value - expected).abs() <= tolerance, "{row}, {key}: found {value}, expected {expected}");
@@ -63,6 +65,14 @@ fn orbit_and_braking() {
         near(row, "propellant_kg", propellant, tolerance);
         near(row, "verified", 1.0, 0.0);
     }
+    // The zone of the paper is its landing zone with ten times the printed way of the braking on all sides, 114.43 km.
+    let zone_of = |row: &str, key: &str| zone.value(row, key).unwrap();
+    for axis in ["eastwards", "northwards"] {
+        let row = format!("zone with ten times the printed way on all sides, {axis}, km");
+        assert_eq!(zone_of(&row, "printed_is_reproduced"), 1.0, "{row}");
+    }
+    let way = zone_of("way of the braking, course northwards, km", "found");
+    assert!((way - 403.933).abs() < ARC_KM, "{way}");
     near("plane, 57 m/s", "first_switch_s", 14.6517, SWITCH_S);
     assert!(orbit.findings.iter().any(|f| f.contains("speed at the apolune, m/s: not reproduced")));
 }

@@ -517,6 +517,9 @@ pub(crate) struct MonteCarloArguments {
     /// Plans anew every so many seconds besides.
     #[arg(long = "replan-every", value_name = "SECONDS", allow_negative_numbers = true)]
     pub(crate) replan_every: Option<f64>,
+    /// Gains of angles by errors of the start, of `--guidance linear-radial`: deg/km and deg s/m along the course, the same across it.
+    #[arg(long = "feed-forward", value_name = "GAINS", value_delimiter = ',', allow_negative_numbers = true)]
+    pub(crate) feed_forward: Vec<f64>,
     /// Plans and laws take thrust and exhaust velocity of the mission for true; they know those of the flight without this.
     #[arg(long = "engine-unknown")]
     pub(crate) engine_unknown: bool,

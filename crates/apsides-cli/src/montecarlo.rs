@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use apsides::control::guidance::feed_forward::FeedForward;
 use apsides::missions::moving_mass::{DescentDeviations, Descents, case};
 use apsides::pipeline::dispersion::{Deviations, Guidance, Onboard, Replanning};
 use apsides::pipeline::draws::Draws;
@@ -461,8 +462,29 @@ fn guidance(a: &MonteCarloArguments) -> Result<Guidance, Refusal> {
         _ if times => {
             return Err("`--replan-at` and `--replan-every` need `--guidance replanned`".into());
         }
+        GuidanceWord::LinearRadial => match a.feed_forward[..] {
+            [] => Guidance::LinearRadial,
+            [along, along_speed, across, across_speed] => {
+                let per_metre = |gain: f64| gain.to_radians() / 1e3;
+                Guidance::FeedForward(FeedForward {
+                    along: per_metre(along),
+                    along_speed: along_speed.to_radians(),
+                    across: per_metre(across),
+                    across_speed: across_speed.to_radians(),
+                })
+            }
+            _ => {
+                let found = a.feed_forward.len();
+                return Err(format!(
+                    "`--feed-forward` takes four gains, not {found}: deg/km and deg s/m along the course, the same across it, as in 0.5,1.2,0.3,0.9"
+                )
+                .into());
+            }
+        },
+        _ if !a.feed_forward.is_empty() => {
+            return Err("`--feed-forward` needs `--guidance linear-radial`".into());
+        }
         GuidanceWord::OpenLoop => Guidance::OpenLoop,
-        GuidanceWord::LinearRadial => Guidance::LinearRadial,
         GuidanceWord::Polynomial => Guidance::Polynomial,
     })
 }

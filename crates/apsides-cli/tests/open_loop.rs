@@ -105,6 +105,15 @@ fn what_does_not_go_together_is_refused() {
         (&["lunar-perilune", "--state", "radius=1", "--guidance", "polynomial"], "without `--guidance`"),
         (&["lunar-perilune", "--state", "radius=1", "--thrust-percent", "1"], "--thrust-percent"),
         (&["moving-mass-cross", "--state", "radius=1"], "simulated under its law"),
+        (&["chang-e-3-braking", "--feed-forward", "1,2,3,4"], "needs `--guidance linear-radial`"),
+        (
+            &["chang-e-3-braking", "--guidance", "linear-radial", "--feed-forward", "1,2"],
+            "takes four gains, not 2",
+        ),
+        (
+            &["chang-e-3-braking", "--guidance", "linear-radial", "--feed-forward", "1,2,3,nan"],
+            "is not a gain",
+        ),
         (&["geo-2-burn"], "every optimised one flies its controls in open loop"),
     ] {
         let o = apsides(&[&["montecarlo"], arguments].concat());

@@ -5,9 +5,11 @@
 //!
 //! | module | subject |
 //! | --- | --- |
+//! | [`feed_forward`] | azimuth along the velocity to be gained, corrections of the angles by the errors of the start |
 //! | [`linear_radial`] | full thrust, its angle from a radial acceleration that is linear in time |
 //! | [`polynomial`] | E-guidance and the quadratic law of Apollo: position and velocity at a time that they choose |
 
+pub mod feed_forward;
 pub mod linear_radial;
 pub mod polynomial;
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Deviations of a flight from its plan: their sizes, samples of them by a seed, and how a deviating flight is steered.
 
+use apsides_control::guidance::feed_forward::{AngleCorrections, FeedForward};
 use apsides_metaheuristics::Generator;
 use serde::Serialize;
 
@@ -93,11 +94,35 @@ pub enum Guidance {
     /// The optimum to the planned end from where the flight is thought to be; a miss of the end costs propellant, so that there is a
     /// plan where the end is out of reach. Between two plans the thrust of the last one is flown, as in open loop.
     Replanned(Replanning),
-    /// The thrust of the plan until it is full, then full thrust with a radial acceleration linear in time: altitude and velocity are met,
-    /// the range is not controlled.
+    /// The thrust of the plan until it is full, then full thrust with a radial acceleration linear in time and its horizontal part along the
+    /// velocity to be gained: altitude and velocity are met, the range is not controlled.
     LinearRadial,
+    /// The same with both angles corrected by the errors of the start, in range and across it.
+    FeedForward(
+        /// The gains.
+        #[serde(serialize_with = "gains")]
+        FeedForward,
+    ),
     /// An acceleration linear in time to position and velocity of the planned end (E-guidance), within the limits of the thrust.
     Polynomial,
+}
+
+/// The gains in the order of their fields.
+fn gains<S: serde::Serializer>(law: &FeedForward, to: S) -> Result<S::Ok, S::Error> {
+    [law.along, law.along_speed, law.across, law.across_speed].serialize(to)
+}
+
+impl Guidance {
+    /// The angles that are added to those of the law of a flight with such deviations, as its navigation has them.
+    #[must_use]
+    pub fn corrections(&self, d: &Deviations) -> AngleCorrections {
+        let Self::FeedForward(law) = self else { return AngleCorrections::default() };
+        let error = |off: &[f64; 3], seen: &[f64; 3]| [1, 2].map(|k| -(off[k] + seen[k]));
+        law.corrections(
+            error(&d.position_m, &d.navigation_position_m),
+            error(&d.velocity_m_s, &d.navigation_velocity_m_s),
+        )
+    }
 }
 
 /// The rule by which a flight is planned anew.

@@ -137,6 +137,12 @@ impl MonteCarlo {
                 return conflict("re-planning", reason);
             }
         }
+        if let Guidance::FeedForward(law) = &self.guidance {
+            let gains = [law.along, law.along_speed, law.across, law.across_speed];
+            if let Some(gain) = gains.iter().find(|gain| !gain.is_finite()) {
+                return conflict("feed-forward", format!("{gain} is not a gain: finite numbers alone"));
+            }
+        }
         match self.onboard.full_thrust_n {
             Some(thrust) if !(thrust > 0.0 && thrust.is_finite()) => {
                 conflict("thrust in flight", format!("{thrust} N is not a thrust"))

@@ -9,14 +9,17 @@
 //! | `comparison` | rows of a printed, a found and a reference value |
 //! | `case` | the missions with changed values |
 //! | `orbit` | landing orbit |
+//! | `landing_zone` | landing zone and the perilunes from which it is reached |
 //! | `braking` | main braking, its ends and datums |
 //! | `downrange` | main braking over a given arc |
 //! | `segments` | piecewise-constant controls |
 //! | `stages` | six stages, one after the other and together |
+//! | `paths` | paths in space and from above |
 //! | `lower_stages` | the hover, the last stage by a uniform deceleration |
 //! | `transition`, `deviations` | what errors of the start lead to |
 //! | `sensitivity` | mass, exhaust velocity and thrust |
 //! | `text` | numbers of the text that exclude each other |
+//! | `guidance` | thrust laws of 5.3.5 and other steering |
 //! | `hazards` | the paper's rule for a landing site |
 
 use super::stop::Stop;
@@ -28,10 +31,13 @@ mod case;
 mod comparison;
 mod deviations;
 mod downrange;
+mod guidance;
 mod hazards;
 mod items;
+mod landing_zone;
 mod lower_stages;
 mod orbit;
+mod paths;
 mod segments;
 mod sensitivity;
 mod stages;
@@ -40,17 +46,20 @@ mod tests;
 mod text;
 mod transition;
 
-const SHEETS: [&str; 16] = [
+const SHEETS: [&str; 19] = [
     "orbit",
+    "landing-zone",
     "braking",
     "downrange",
     "segments",
     "stages",
     "hover",
     "last-stage",
+    "paths",
     "transition",
     "deviations",
     "five-percent",
+    "guidance",
     "sensitivity",
     "thrust",
     "errors",
@@ -80,15 +89,18 @@ pub(super) const PUBLICATION: Publication = Publication {
 
 fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
     hand_on(orbit::sheet(workers)?)?;
+    hand_on(landing_zone::sheet(workers)?)?;
     hand_on(braking::sheet(workers)?)?;
     hand_on(downrange::sheet(&downrange::ARCS, workers)?)?;
     hand_on(segments::sheet(&segments::ROWS, workers)?)?;
     hand_on(stages::sheet(workers)?)?;
     hand_on(lower_stages::hover(workers)?)?;
     hand_on(lower_stages::last_stage(workers)?)?;
+    hand_on(paths::sheet(workers)?)?;
     hand_on(transition::sheet(workers)?)?;
     hand_on(deviations::near(FLIGHTS, REPLANNED, workers)?)?;
     hand_on(deviations::far(FAR_FLIGHTS, FAR_REPLANNED, workers)?)?;
+    hand_on(guidance::sheet([guidance::FITTED, guidance::FLIGHTS, guidance::PLANNED_ANEW], workers)?)?;
     hand_on(sensitivity::sheet(workers)?)?;
     hand_on(sensitivity::thrusts(&sensitivity::THRUSTS, workers)?)?;
     hand_on(text::errors(workers)?)?;

@@ -65,8 +65,11 @@ impl Page {
     /// A table under its heads. Cells that begin as numbers do stand to the right.
     pub fn table(&mut self, heads: &[&str], rows: &[Vec<String>]) {
         self.text.push_str("<div class=\"card\"><table>\n<thead><tr>");
-        for head in heads {
-            let _ = write!(self.text, "<th>{}</th>", escape(head));
+        for (k, head) in heads.iter().enumerate() {
+            let is_numeric = |row: &Vec<String>| row.get(k).is_some_and(|cell| is_number(cell));
+            let class =
+                if !rows.is_empty() && rows.iter().all(is_numeric) { " class=\"number\"" } else { "" };
+            let _ = write!(self.text, "<th{class}>{}</th>", escape(head));
         }
         self.text.push_str("</tr></thead>\n<tbody>\n");
         for row in rows {

@@ -28,7 +28,7 @@ pub(crate) enum GuidanceWord {
     OpenLoop,
     /// The optimum to the planned end from where the flight is, at the times of --replan-at and --replan-every.
     Replanned,
-    /// Full thrust with a radial acceleration linear in time; the range is not controlled.
+    /// Full thrust with a radial acceleration linear in time; the range is not controlled, but by --feed-forward.
     LinearRadial,
     /// An acceleration linear in time to the planned end (E-guidance), within the limits of the thrust.
     Polynomial,

@@ -4,6 +4,7 @@
 //! begin, so that the speed across the course is braked, too. The range is free in every landing: the site is where the flight ends.
 
 use apsides_ad::vector;
+use apsides_control::guidance::feed_forward::{AngleCorrections, thrust_direction};
 use apsides_control::guidance::linear_radial::{DescentState, LinearRadialLaw};
 use apsides_dynamics::Engine;
 use apsides_dynamics::cartesian::CartesianForce;
@@ -212,7 +213,12 @@ impl PlannedLanding {
     }
 
     /// The plan up to its last inclined braking, the law to the end of that, and the plan behind it.
-    fn fly_linear_radial(&self, d: &Deviations, onboard: &Onboard) -> Option<Vec<f64>> {
+    fn fly_linear_radial(
+        &self,
+        d: &Deviations,
+        onboard: &Onboard,
+        corrections: AngleCorrections,
+    ) -> Option<Vec<f64>> {
         let plan = &self.planned;
         let k = plan.phases.iter().rposition(|p| p.state.dimension() >= STATES.len())?;
         let braking = plan.phases.get(k)?;
@@ -239,9 +245,9 @@ impl PlannedLanding {
             let horizontal_speed = vector::norm(&across, 0.0);
             let state = DescentState { radius, radial_speed, horizontal_speed, mass };
             let command = law.command(&state, Some(guess)).ok()?;
-            let (sin, cos) = command.pitch.sin_cos();
-            let back = vector::scale(&across, -cos * engine.thrust / horizontal_speed);
-            Some((vector::add(&vector::scale(&up, sin * engine.thrust), &back), command.time_to_go))
+            let back = vector::scale(&across, -1.0);
+            let direction = thrust_direction(&up, &back, command.pitch, corrections)?;
+            Some((vector::scale(&direction, engine.thrust), command.time_to_go))
         };
         let push = |_: f64, thrust: [f64; 3]| thrust.map(|f| f * unknown);
         let (now, mut x) = fly_by(self.model(d), (braking.initial_time, x), planned_end, command, push)?;
@@ -276,7 +282,9 @@ impl Dispersed for PlannedLanding {
         match guidance {
             Guidance::OpenLoop => self.fly_open_loop(deviations),
             Guidance::Replanned(times) => self.fly_replanned(deviations, onboard, times),
-            Guidance::LinearRadial => self.fly_linear_radial(deviations, onboard),
+            Guidance::LinearRadial | Guidance::FeedForward(_) => {
+                self.fly_linear_radial(deviations, onboard, guidance.corrections(deviations))
+            }
             // The thrust of a landing has one size: no acceleration linear in time.
             Guidance::Polynomial => None,
         }

@@ -8,7 +8,7 @@ pub(super) const ITEMS: &[PaperItem] = &[
         "(1) to (4), cooperation of colony, swarm and genetic algorithm: six steps",
         "profiles",
         ("profiles", "Against single algorithms"),
-        "in the order of the paper; with an exchange after the cycle beside it",
+        "in the order of the paper the cooperation beats 5, equals 4 and is worse than 11; with the exchange after the cycle the cooperation beats 10, equals 5 and is worse than 5",
     ),
     sheet(
         "(5), (6), test functions",
@@ -27,7 +27,11 @@ pub(super) const ITEMS: &[PaperItem] = &[
         "verdict by function",
     ),
     sheet("(7) to (15), collocation at Radau points", "moon-lander", "works"),
-    sheet("(16) to (22), moon lander; Figs 3 to 5", "moon-lander", "closed form beside all methods"),
+    sheet(
+        "(16) to (22), moon lander; Figs 3 to 5",
+        "moon-lander",
+        "closed form beside all methods; thrust, height and speed over time",
+    ),
     sheet("(23) to (26), motion, limits, ends, cost", "limits-e", "works; azimuth from east"),
     sheet(
         "Table 1, three kinds of profile",
@@ -42,7 +46,7 @@ pub(super) const ITEMS: &[PaperItem] = &[
     sheet(
         "Figs 7 to 10, profiles",
         "profiles",
-        "bank angle of the best profile of each form beside the optimum",
+        "bank angle, all states and path of the best profile of each form beside the optimum",
     ),
     sheet(
         "Table 2, two layers with limits, model E",

@@ -6,7 +6,7 @@
 
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_metaheuristics::{Evaluation, Search, SearchSpace};
-use apsides_ocp::{Bounds, Guess, Mesh, Ocp, OcpError, Phase, State, Variable};
+use apsides_ocp::{Bounds, Guess, Mesh, Ocp, OcpError, Phase, PhaseTrajectory, State, Variable};
 use apsides_radau::{Radau, RadauSettings};
 use apsides_shooting::profile::{
     FlightRules, ProfileScore, ProfileShape, ProfileShooting, Stop as FlightStop,
@@ -14,7 +14,7 @@ use apsides_shooting::profile::{
 
 use super::reference::LANDER;
 use super::{ALGORITHMS, algorithm};
-use crate::sheet::Sheet;
+use crate::sheet::{Graph, GraphSeries, Sheet};
 use crate::stop::{Stop, ended};
 use crate::workers::Workers;
 
@@ -69,15 +69,68 @@ fn closed_form() -> [f64; 3] {
     [start, end, MOST_THRUST * (end - start)]
 }
 
-fn by_radau(ocp: &Ocp, workers: &mut Workers<'_>) -> Result<[f64; 3], Stop> {
+/// Thrust, height and speed of the closed form at a time.
+fn closed_at(time: f64) -> [f64; 3] {
+    let [start, end, _] = closed_form();
+    if time < start {
+        let speed = SPEED - GRAVITY * time;
+        return [0.0, HEIGHT + 0.5 * (SPEED + speed) * time, speed];
+    }
+    let (deceleration, left) = (MOST_THRUST - GRAVITY, end - time);
+    [MOST_THRUST, 0.5 * deceleration * left * left, -deceleration * left]
+}
+
+/// Figures of the paper with the place of their quantity in [`closed_at`].
+const FIGURES: [(&str, &str, &str); 3] = [
+    ("lander_thrust.svg", "Fig. 3: thrust of the moon lander", "thrust"),
+    ("lander_height.svg", "Fig. 4: height of the moon lander", "height"),
+    ("lander_speed.svg", "Fig. 5: speed of the moon lander", "speed"),
+];
+/// Points of the lines, and every so many of them a dot.
+const POINTS: usize = 300;
+const POINTS_A_DOT: usize = 10;
+
+/// Lines of the closed form with dots of the collocation.
+fn figures(flown: &PhaseTrajectory) -> Vec<Graph> {
+    let [start, end, _] = closed_form();
+    let mut times: Vec<f64> = (0..=POINTS).map(|k| end * k as f64 / POINTS as f64).collect();
+    // Both sides of the switch.
+    times.extend([start.next_down(), start]);
+    times.sort_by(f64::total_cmp);
+    let graph = |(k, (file, title, name)): (usize, &(&'static str, &str, &'static str))| {
+        let radau = |time: f64| {
+            let (thrust, state) = (flown.control_at(time), flown.state_at(time));
+            let value = [&thrust[..], &state[..]].concat().get(k).copied();
+            [time, value.unwrap_or(f64::NAN)]
+        };
+        let line = times.iter().map(|&t| [t, closed_at(t)[k]]).collect();
+        let dots = (0..=POINTS / POINTS_A_DOT)
+            .map(|j| radau(flown.time_at((j * POINTS_A_DOT) as f64 / POINTS as f64)))
+            .collect();
+        Graph {
+            file,
+            title: (*title).into(),
+            x: ("time", "-"),
+            y: (name, "-"),
+            series: vec![
+                GraphSeries { label: "closed form".into(), line, dots: Vec::new() },
+                GraphSeries { label: "Radau".into(), line: Vec::new(), dots },
+            ],
+        }
+    };
+    FIGURES.iter().enumerate().map(graph).collect()
+}
+
+fn by_radau(ocp: &Ocp, workers: &mut Workers<'_>) -> Result<([f64; 3], Option<PhaseTrajectory>), Stop> {
     let mut settings = RadauSettings { tolerance: MESH_TOLERANCE, ..RadauSettings::default() };
     settings.nlp.tolerance = NLP_TOLERANCE;
     let mesh = Mesh::uniform(ocp, settings.intervals, settings.points)?;
     let solution = Radau { settings }.solve_on(ocp, &Guess::linear(ocp), mesh, &mut *workers.observer)?;
     ended(&ocp.name, "Radau", solution.status)?;
     let switch = solution.switches.first().map_or(f64::NAN, |s| s.time);
-    let phase = &solution.trajectory.phases[0];
-    Ok([switch, phase.final_time, solution.trajectory.objective])
+    let phase = solution.trajectory.phases.into_iter().next();
+    let landing = phase.as_ref().map_or(f64::NAN, |p| p.final_time);
+    Ok(([switch, landing, solution.trajectory.objective], phase))
 }
 
 /// Two constants with free lengths, flown down to the ground.
@@ -113,7 +166,7 @@ pub(super) fn sheet(seeds: u64, budget: usize, workers: &mut Workers<'_>) -> Res
     push("closed form", exact);
     push("reference", LANDER);
     let ocp = ocp()?;
-    let radau = by_radau(&ocp, workers)?;
+    let (radau, flown) = by_radau(&ocp, workers)?;
     push("Radau", radau);
     let shape = ProfileShape { free_lengths: true, ..ProfileShape::of_controls(0, 2, &ocp.phases[0]) };
     let ground = FlightStop::at_end(&ocp.phases[0], "height")?;
@@ -136,6 +189,7 @@ pub(super) fn sheet(seeds: u64, budget: usize, workers: &mut Workers<'_>) -> Res
         }
     }
     sheet.failures = failures;
+    sheet.graphs = flown.as_ref().map(figures).unwrap_or_default();
     sheet.findings.push(format!(
         "Formulas (21) and (22) hold: the burn starts at {:.10}, the landing is at {:.10}, the impulse is g tf - v0 = {:.10}; Radau \
          differs by {:.1e}.",
@@ -145,4 +199,22 @@ pub(super) fn sheet(seeds: u64, budget: usize, workers: &mut Workers<'_>) -> Res
         (radau[2] - exact[2]).abs()
     ));
     Ok(sheet)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-12;
+
+    /// The closed form begins and ends as the problem says, and joins where the burn starts.
+    #[test]
+    fn the_closed_form_meets_its_ends() {
+        let [start, end, _] = closed_form();
+        assert_eq!(closed_at(0.0), [0.0, HEIGHT, SPEED]);
+        assert_eq!(closed_at(end), [MOST_THRUST, 0.0, -0.0]);
+        let ([_, h0, v0], [_, h1, v1]) = (closed_at(start.next_down()), closed_at(start));
+        assert!((h0 - h1).abs() < ROUNDING && (v0 - v1).abs() < ROUNDING, "{h0} {h1} {v0} {v1}");
+    }
 }

@@ -4,7 +4,7 @@ use apsides_dynamics::Quantity;
 use apsides_dynamics::entry::STATES;
 use apsides_nlp::{Flow, IterationRecord, Status};
 
-use apsides_ocp::{Guess, Mesh};
+use apsides_ocp::{Guess, Mesh, Ocp};
 
 use super::reference::{
     FINE_E, FINE_U, Fine, MESH, ReferenceRow, TABLE_E, TABLE_U, TOLERANCE_E, TOLERANCE_U,
@@ -208,7 +208,7 @@ fn solved(outcome: &Outcome, limits: Limits, iterations: &[usize]) -> SolveNumbe
         times: [search / 1e3, (summary.timing_ms.solve - search) / 1e3],
         bank: bank(&outcome.trajectory),
         loads: [0, 1, 2].map(|k| load(outcome, k, limits[k])),
-        states: states(outcome),
+        states: states(&outcome.ocp, &outcome.trajectory),
         same_mesh: None,
     }
 }
@@ -230,8 +230,8 @@ fn load(outcome: &Outcome, k: usize, limit: f64) -> Vec<[f64; 2]> {
 }
 
 /// The six states over time: lengths in km, angles in deg, speeds in m/s.
-fn states(outcome: &Outcome) -> Vec<Line> {
-    let (Some(phase), Some(flown)) = (outcome.ocp.phases.first(), outcome.trajectory.phases.first()) else {
+pub(super) fn states(ocp: &Ocp, trajectory: &apsides_ocp::Trajectory) -> Vec<Line> {
+    let (Some(phase), Some(flown)) = (ocp.phases.first(), trajectory.phases.first()) else {
         return Vec::new();
     };
     let line = |quantity: &Quantity| {
@@ -259,16 +259,35 @@ fn sampled(phase: &apsides_ocp::PhaseTrajectory, k: usize) -> f64 {
 /// Samples of a curve of the bank angle.
 const SAMPLES: usize = 400;
 
-/// Bank angle over time, from the angle or from its cosine and sine.
+/// Bank angle over time.
 pub(super) fn bank(t: &apsides_ocp::Trajectory) -> Vec<[f64; 2]> {
     let Some(phase) = t.phases.first() else { return Vec::new() };
     let at = |k: usize| {
         let time = sampled(phase, k);
-        let bank = match phase.control_at(time)[..] {
-            [cos, sin] => sin.atan2(cos),
-            ref angle => angle.first().copied().unwrap_or(f64::NAN),
-        };
-        [time, bank.to_degrees()]
+        [time, bank_of(&phase.control_at(time))]
     };
     (0..=SAMPLES).map(at).collect()
+}
+
+/// Bank angle at the nodes of a flight along a profile: between them the polynomials of a mesh swing where the profile jumps.
+pub(super) fn bank_at_nodes(t: &apsides_ocp::Trajectory) -> Vec<[f64; 2]> {
+    let Some(phase) = t.phases.first() else { return Vec::new() };
+    let control = &phase.control;
+    let mut value = vec![0.0; control.dimension()];
+    let nodes = (0..control.segments().len()).flat_map(|k| control.node_times(k).map(move |time| (k, time)));
+    nodes
+        .map(|(k, time)| {
+            control.evaluate_in(k, time, &mut value);
+            [time, bank_of(&value)]
+        })
+        .collect()
+}
+
+/// Bank angle (deg) of a control: the angle, or its cosine and sine.
+fn bank_of(control: &[f64]) -> f64 {
+    let bank = match *control {
+        [cos, sin] => sin.atan2(cos),
+        ref angle => angle.first().copied().unwrap_or(f64::NAN),
+    };
+    bank.to_degrees()
 }

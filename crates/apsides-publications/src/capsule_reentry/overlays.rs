@@ -83,11 +83,7 @@ pub(super) fn graphs(model: Model, found: &[Found<'_>]) -> Vec<Graph> {
             });
             graphs.push(Graph {
                 file,
-                title: format!(
-                    "{figures}, model {}: {} under limits on the {limited} alone",
-                    model.name(),
-                    y.0
-                ),
+                title: format!("{figures}, model {}: {}, limits on the {limited}", model.name(), y.0),
                 x: ("time", "s"),
                 y,
                 series: series.collect(),

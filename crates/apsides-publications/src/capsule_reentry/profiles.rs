@@ -1,6 +1,6 @@
 //! The paper's Table 1: forms of the bank profile, and how near each algorithm comes to the optimum over them.
 
-use super::model::{Begin, Model, bank, mission, solve};
+use super::model::{Begin, Line, Model, SolveNumbers, bank_at_nodes, mission, solve, states};
 use super::reference::{BASE, search_of};
 use super::{AFTER_CYCLE, ALGORITHMS, COOPERATION, choice};
 use crate::change::{Change, flag, number, word};
@@ -73,6 +73,7 @@ struct Searched {
     history: Vec<[f64; 2]>,
     variables: usize,
     bank: Vec<[f64; 2]>,
+    states: Vec<Line>,
 }
 
 /// All searches of a form by one algorithm.
@@ -161,7 +162,7 @@ pub(super) fn sheet(
     }
     sheet.findings = findings(forms, &groups, least);
     sheet.graphs = forms.iter().enumerate().map(|(k, form)| convergence(k, form, &groups, least)).collect();
-    sheet.graphs.push(profiles(forms, &groups, optimum.bank));
+    sheet.graphs.extend(profiles(forms, &groups, &optimum));
     Ok(sheet)
 }
 
@@ -179,14 +180,16 @@ fn groups(forms: &[Form], seeds: u64, budget: usize, workers: &mut Workers<'_>) 
     }
     let results = workers.all(&jobs, |(_, mission, seed), observer| {
         let mission = mission.clone().with_seed(*seed);
-        let found = mission.methods().search(&mission.pose()?, observer)?;
+        let posed = mission.pose()?;
+        let found = mission.methods().search(&posed, observer)?;
         if found.summary.stop == "interrupted" {
             return Err(Stop::Interrupted);
         }
         Ok(Searched {
             variables: found.summary.variables,
             history: found.summary.history,
-            bank: found.start.map_or_else(Vec::new, |s| bank(&s.trajectory)),
+            bank: found.start.as_ref().map_or_else(Vec::new, |s| bank_at_nodes(&s.trajectory)),
+            states: found.start.map_or_else(Vec::new, |s| states(&posed.ocp, &s.trajectory)),
         })
     })?;
     for ((group, ..), result) in jobs.iter().zip(results) {
@@ -304,9 +307,42 @@ fn convergence(form: usize, f: &Form, groups: &[Group], least: f64) -> Graph {
     }
 }
 
-/// The best profile of each form, beside the optimum.
-fn profiles(forms: &[Form], groups: &[Group], optimum: Vec<[f64; 2]>) -> Graph {
-    let mut series = vec![GraphSeries { label: "optimum".into(), line: optimum, dots: Vec::new() }];
+/// Figures of the best profiles: bank angle, the six states in their order, and the path.
+const PROFILE_FILES: [&str; 8] = [
+    "bank_profiles.svg",
+    "profiles_state_1.svg",
+    "profiles_state_2.svg",
+    "profiles_state_3.svg",
+    "profiles_state_4.svg",
+    "profiles_state_5.svg",
+    "profiles_state_6.svg",
+    "profiles_path.svg",
+];
+/// Among the states of a flight: radius or altitude over time, longitude, latitude.
+const LONGITUDE: usize = 1;
+const LATITUDE: usize = 2;
+
+/// A flight of the figures.
+struct Drawn<'a> {
+    label: &'a str,
+    bank: &'a [[f64; 2]],
+    states: &'a [Line],
+}
+
+impl Drawn<'_> {
+    fn state(&self, k: usize) -> &[[f64; 2]] {
+        self.states.get(k).map_or(&[], |line| &line.points)
+    }
+
+    /// Latitude over longitude.
+    fn path(&self) -> Vec<[f64; 2]> {
+        self.state(LONGITUDE).iter().zip(self.state(LATITUDE)).map(|(e, n)| [e[1], n[1]]).collect()
+    }
+}
+
+/// The best profile of each form, beside the optimum, as the figures 7 to 10 of the paper have them.
+fn profiles(forms: &[Form], groups: &[Group], optimum: &SolveNumbers) -> Vec<Graph> {
+    let mut flights = vec![Drawn { label: "optimum", bank: &optimum.bank, states: &optimum.states }];
     for (form, f) in forms.iter().enumerate() {
         let runs = groups
             .iter()
@@ -314,14 +350,24 @@ fn profiles(forms: &[Form], groups: &[Group], optimum: Vec<[f64; 2]>) -> Graph {
             .flat_map(|g| &g.runs);
         let end = |r: &&Searched| r.history.last().map_or(f64::INFINITY, |h| h[1]);
         if let Some(best) = runs.min_by(|a, b| end(a).total_cmp(&end(b))) {
-            series.push(GraphSeries { label: f.name.into(), line: best.bank.clone(), dots: Vec::new() });
+            flights.push(Drawn { label: f.name, bank: &best.bank, states: &best.states });
         }
     }
-    Graph {
-        file: "bank_profiles.svg",
-        title: "Bank angle: the optimum, and the best profiles of the cooperation over energy".into(),
-        x: ("time", "s"),
-        y: ("bank angle", "deg"),
-        series,
+    const TIME: (&str, &str) = ("time", "s");
+    let graph = |file, x, y: (&'static str, &'static str), of: &dyn Fn(&Drawn<'_>) -> Vec<[f64; 2]>| {
+        let series = flights.iter().map(|flight| GraphSeries {
+            label: flight.label.into(),
+            line: of(flight),
+            dots: Vec::new(),
+        });
+        let title = format!("Figs 7 to 10: {}, optimum and best profiles by the cooperation", y.0);
+        Graph { file, title, x, y, series: series.collect() }
+    };
+    let [bank_file, state_files @ .., path_file] = &PROFILE_FILES;
+    let mut graphs = vec![graph(bank_file, TIME, ("bank angle", "deg"), &|f| f.bank.to_vec())];
+    for (k, (file, state)) in state_files.iter().zip(&optimum.states).enumerate() {
+        graphs.push(graph(file, TIME, (state.name, state.unit), &|f| f.state(k).to_vec()));
     }
+    graphs.push(graph(path_file, ("longitude", "deg"), ("latitude", "deg"), &|f| f.path()));
+    graphs
 }

@@ -166,8 +166,10 @@ fn searches_over_profiles() {
         // No flight is better than the optimum by more than its misses are worth.
         assert!(row.values[1].is_some_and(|excess| excess > 0.0 && excess < 60.0), "{row:?}");
     }
-    assert_eq!(sheet.graphs.len(), 2);
-    assert!(sheet.graphs[1].series.iter().all(|s| s.line.len() == 401));
+    // The searches of the form; bank angle, six states and path of its best profile beside the optimum.
+    assert_eq!(sheet.graphs.len(), 1 + 8);
+    assert!(sheet.graphs[1].series.iter().all(|s| !s.line.is_empty()));
+    assert!(sheet.graphs[2..].iter().all(|g| g.series.iter().all(|s| s.line.len() == 401)));
     // Both orders of the exchange against the five algorithms alone.
     let beside =
         sheet.findings.iter().find(|f| f.starts_with("Against single algorithms: in the order of the paper"));

@@ -29,8 +29,8 @@ pub(super) fn steered(guidance: Guidance) -> MonteCarlo {
 
 const SEED: u64 = 8;
 /// One third of 1 km and of 3 m/s.
-const SIGMA_M: f64 = 1000.0 / 3.0;
-const SIGMA_M_S: f64 = 1.0;
+pub(super) const SIGMA_M: f64 = 1000.0 / 3.0;
+pub(super) const SIGMA_M_S: f64 = 1.0;
 /// Sampling error of the 600 flights of the reference, relative.
 const SAMPLING: f64 = 0.05;
 
@@ -119,7 +119,7 @@ fn ends(samples: &[Sample]) -> Graph {
         samples.iter().take(DOTS).filter_map(place).filter(|p| p.iter().all(|v| v.is_finite())).collect();
     Graph {
         file: "deviations.svg",
-        title: "Ends of flights with the thrust of the plan, 3 sigma of 1 km and 3 m/s at the start".into(),
+        title: "Ends with the thrust of the plan, 3 sigma of 1 km and 3 m/s".into(),
         x: ("across the course", "m"),
         y: ("along the course", "m"),
         series: vec![GraphSeries { label: "flights".into(), line: Vec::new(), dots }],

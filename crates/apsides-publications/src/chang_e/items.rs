@@ -1,7 +1,7 @@
 //! Items of the paper on a landing in six stages.
 
 use crate::PaperItem;
-use crate::items::{command, nowhere, sheet};
+use crate::items::{command, found, nowhere, sheet};
 
 pub(super) const ITEMS: &[PaperItem] = &[
     sheet(
@@ -66,26 +66,38 @@ pub(super) const ITEMS: &[PaperItem] = &[
         "printed-sensitivity",
         "relative changes from the printed values; by how much parameters were changed is not said",
     ),
+    sheet(
+        "their own critique: flight time is not considered, nor the size of the lander",
+        "downrange",
+        "the printed time of 450 s costs 6 g beside that of the optimum; footpads are criteria of sites (sheet hazards)",
+    ),
     sheet("numbers of the text", "text", "each beside that of the problem"),
     command(
         "thrust laws of 5.3.5: elevation",
         "montecarlo chang-e-3-braking --guidance linear-radial",
-        "radial acceleration linear in time, thrust against the velocity",
+        "radial acceleration linear in time, its horizontal part along the velocity to be gained",
     ),
-    nowhere(
-        "thrust laws of 5.3.5: azimuth law and feed-forward with gains from simulation",
-        "the gains are not printed and the law is not in the program; E-guidance and new plans control the range (montecarlo --guidance polynomial, replanned)",
+    found(
+        "thrust laws of 5.3.5: azimuth, feed-forward with gains from simulation",
+        "guidance",
+        ("guidance", "The laws alone"),
+        "the gains are not printed: found by least squares; miss and propellant beside E-guidance and new plans",
     ),
-    nowhere(
+    sheet(
         "landing zone of 356 x 91 km and zone of perilunes, (5.1) to (5.4)",
-        "printed sizes without the states behind them; the map projection has misprints (remarks), no mission uses it",
+        "landing-zone",
+        "the printed zone is the landing zone with ten times the printed way of the braking on all sides; the way is four times that",
     ),
-    command("Figs 10 to 13, thrust and angles", "solve chang-e-3-flat --out landing", "in the report"),
-    command(
-        "Figs 14 to 16, paths in space",
-        "solve chang-e-3 --out landing --points 200",
-        "as an ephemeris and altitude over distance in the report",
+    nowhere(
+        "map projection of (5.1) to (5.4)",
+        "its coefficients are misprinted (remarks), and C5 is used without a definition",
     ),
+    sheet(
+        "Figs 10 to 13, thrust, theta from the vertical, psi from backwards",
+        "paths",
+        "drawn from the optimum on maps; course and pitch in the reports of solves",
+    ),
+    sheet("Figs 14 to 16, paths in space", "paths", "in space and from above, of a landing on maps"),
     nowhere(
         "orbit by elements read from TLE (appendix)",
         "elements are keys; two-line elements of lunar orbits do not exist",

@@ -157,7 +157,7 @@ pub(super) fn thrusts(thrusts: &[(f64, f64)], workers: &mut Workers<'_>) -> Resu
     }
     sheet.graphs = vec![Graph {
         file: "thrust.svg",
-        title: "Final mass of the main braking over the full thrust (line) and the reference (dots)".into(),
+        title: "Final mass over full thrust: found (line), reference (dots)".into(),
         x: ("full thrust", "N"),
         y: ("final mass", "kg"),
         series: vec![GraphSeries {

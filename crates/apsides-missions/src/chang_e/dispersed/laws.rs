@@ -2,6 +2,7 @@
 
 use apsides_ad::vector;
 use apsides_control::ControlError;
+use apsides_control::guidance::feed_forward::{AngleCorrections, thrust_direction};
 use apsides_control::guidance::linear_radial::{DescentState, LinearRadialLaw};
 use apsides_control::guidance::polynomial::{PolynomialLaw, Profile, Target, ThrustLimits};
 use apsides_dynamics::frames::Local;
@@ -18,7 +19,12 @@ use crate::deviating_flight::{N, fly_by, parts};
 type Fixed = ([f64; 3], [f64; 3]);
 
 impl PlannedBraking {
-    pub(super) fn fly_linear_radial(&self, d: &Deviations, onboard: &Onboard) -> Option<FlownEnd> {
+    pub(super) fn fly_linear_radial(
+        &self,
+        d: &Deviations,
+        onboard: &Onboard,
+        corrections: AngleCorrections,
+    ) -> Option<FlownEnd> {
         let mut vehicle = self.vehicle(d, onboard);
         // The thrust of the plan, not a reserve: the range follows from it.
         let planned = self.lander.descent.engine.thrust;
@@ -27,23 +33,28 @@ impl PlannedBraking {
         let engine = *known;
         let end = FlightState::end(Motion::Space, &self.plan)?;
         let Across::Space { eastward, northward, .. } = end.across else { return None };
-        let law = LinearRadialLaw {
-            gravitational_parameter: self.lander.body.gravitational_parameter,
-            engine,
-            radius: end.radius,
-            radial_speed: end.upward,
-            horizontal_speed: eastward.hypot(northward),
-        };
+        let target = [eastward, northward];
         let command = |(p, v): Fixed, mass: f64, guess: f64| {
             let (radius, longitude, latitude) = Local::spherical(p);
             let local = Local::at(longitude, latitude);
             let [radial_speed, east, north] = local.components(v);
-            let horizontal_speed = east.hypot(north);
-            let state = DescentState { radius, radial_speed, horizontal_speed, mass };
+            // Speeds against the velocity to be gained; what is across it is too little to bend the path upwards.
+            let to_gain = [target[0] - east, target[1] - north];
+            let size = to_gain[0].hypot(to_gain[1]);
+            let against = |v: [f64; 2]| -(v[0] * to_gain[0] + v[1] * to_gain[1]) / size;
+            let law = LinearRadialLaw {
+                gravitational_parameter: self.lander.body.gravitational_parameter,
+                engine,
+                radius: end.radius,
+                radial_speed: end.upward,
+                horizontal_speed: against(target),
+            };
+            let state = DescentState { radius, radial_speed, horizontal_speed: against([east, north]), mass };
             let command = law.command(&state, Some(guess))?;
-            let (sin, cos) = command.pitch.sin_cos();
-            let back = -cos / horizontal_speed;
-            let thrust = local.vector([sin, back * east, back * north]).map(|c| c * engine.thrust);
+            let level = local.vector([0.0, to_gain[0], to_gain[1]]);
+            let direction = thrust_direction(&local.up, &level, command.pitch, corrections);
+            let no_azimuth = ControlError::NoTimeToGo { reason: "no horizontal speed is to be gained" };
+            let thrust = direction.ok_or(no_azimuth)?.map(|c| c * engine.thrust);
             Ok((thrust, command.time_to_go))
         };
         let mut x = self.ends.deviating(d);

@@ -1,6 +1,7 @@
 //! Against an independent state-transition matrix and Monte Carlo run (SciPy DOP853 at 1e-12; central differences agree to 2.1e-10) of the
 //! same braking.
 
+use apsides_control::guidance::feed_forward::FeedForward;
 use apsides_pipeline::dispersion::Replanning;
 use apsides_pipeline::montecarlo::{MonteCarlo, Sample, Spread, Statistics};
 use apsides_pipeline::{Outcome, Pipeline};
@@ -312,6 +313,33 @@ fn guidance_laws_over_the_rotating_moon() {
     assert!((1.5e3..2.7e3).contains(&along.mean) && along.sigma > 200.0, "{along:?}");
 }
 
+/// Without gains feed-forward is the law alone. Gains on the course alone move the end along it, those across it aside, to the sense of the
+/// correction: more pitch ends earlier, a braking thrust turned to its right moves the end to the left of the course.
+#[test]
+fn feed_forward_moves_the_end_by_errors_of_the_start() {
+    let (mission, plan) = planned();
+    let braking = braking(&mission, &plan);
+    let fly = |d: Deviations, guidance: &Guidance| braking.fly(&d, guidance, &Onboard::default()).unwrap();
+    let ahead = Deviations { velocity_m_s: [0.0, 3.0, 0.0], ..Deviations::default() };
+    let aside = Deviations { position_m: [0.0, 0.0, 500.0], ..Deviations::default() };
+    let with = |along_speed: f64, across: f64| {
+        Guidance::FeedForward(FeedForward { along_speed, across, ..FeedForward::default() })
+    };
+    for d in [ahead, aside] {
+        assert_eq!(fly(d, &with(0.0, 0.0)), fly(d, &Guidance::LinearRadial));
+    }
+    let law = fly(ahead, &Guidance::LinearRadial);
+    // The start is 3 m/s fast, its error -3 m/s: 1.2 km too far by the law, a degree of pitch takes 0.5 km back (SciPy, in the plane).
+    let up_a_degree = fly(ahead, &with(-1_f64.to_radians() / 3.0, 0.0));
+    assert!((law[1] - up_a_degree[1] - 530.0).abs() < 60.0, "{law:?} {up_a_degree:?}");
+    let law = fly(aside, &Guidance::LinearRadial);
+    let to_the_right = fly(aside, &with(0.0, -0.1_f64.to_radians() / 500.0));
+    assert!(law[2] - to_the_right[2] > 10.0, "{law:?} {to_the_right:?}");
+    for flown in [&up_a_degree, &to_the_right] {
+        assert!(flown[0].abs() < 1.0 && flown[3..6].iter().all(|v| v.abs() < 1.0), "{flown:?}");
+    }
+}
+
 #[test]
 fn errors_of_navigation_are_errors_of_the_end() {
     let (mission, plan) = planned();
@@ -356,6 +384,8 @@ fn steering_that_cannot_be_is_refused() {
     assert!(error.contains("-1 s is not a time"), "{error}");
     let often = Guidance::Replanned(Replanning { at_s: Vec::new(), every_s: Some(0.1) });
     assert!(refused(run(often)).contains("too often"));
+    let gains = FeedForward { across: f64::NAN, ..FeedForward::default() };
+    assert!(refused(run(Guidance::FeedForward(gains))).contains("NaN is not a gain"));
     let onboard = Onboard { full_thrust_n: Some(f64::NAN), ..Onboard::default() };
     assert!(refused(MonteCarlo { onboard, ..run(Guidance::OpenLoop) }).contains("not a thrust"));
 }
