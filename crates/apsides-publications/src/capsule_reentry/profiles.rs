@@ -323,13 +323,13 @@ const LONGITUDE: usize = 1;
 const LATITUDE: usize = 2;
 
 /// A flight of the figures.
-struct Drawn<'a> {
+struct DrawnFlight<'a> {
     label: &'a str,
     bank: &'a [[f64; 2]],
     states: &'a [Line],
 }
 
-impl Drawn<'_> {
+impl DrawnFlight<'_> {
     fn state(&self, k: usize) -> &[[f64; 2]] {
         self.states.get(k).map_or(&[], |line| &line.points)
     }
@@ -342,7 +342,7 @@ impl Drawn<'_> {
 
 /// The best profile of each form, beside the optimum, as the figures 7 to 10 of the paper have them.
 fn profiles(forms: &[Form], groups: &[Group], optimum: &SolveNumbers) -> Vec<Graph> {
-    let mut flights = vec![Drawn { label: "optimum", bank: &optimum.bank, states: &optimum.states }];
+    let mut flights = vec![DrawnFlight { label: "optimum", bank: &optimum.bank, states: &optimum.states }];
     for (form, f) in forms.iter().enumerate() {
         let runs = groups
             .iter()
@@ -350,11 +350,11 @@ fn profiles(forms: &[Form], groups: &[Group], optimum: &SolveNumbers) -> Vec<Gra
             .flat_map(|g| &g.runs);
         let end = |r: &&Searched| r.history.last().map_or(f64::INFINITY, |h| h[1]);
         if let Some(best) = runs.min_by(|a, b| end(a).total_cmp(&end(b))) {
-            flights.push(Drawn { label: f.name, bank: &best.bank, states: &best.states });
+            flights.push(DrawnFlight { label: f.name, bank: &best.bank, states: &best.states });
         }
     }
     const TIME: (&str, &str) = ("time", "s");
-    let graph = |file, x, y: (&'static str, &'static str), of: &dyn Fn(&Drawn<'_>) -> Vec<[f64; 2]>| {
+    let graph = |file, x, y: (&'static str, &'static str), of: &dyn Fn(&DrawnFlight<'_>) -> Vec<[f64; 2]>| {
         let series = flights.iter().map(|flight| GraphSeries {
             label: flight.label.into(),
             line: of(flight),
