@@ -22,7 +22,7 @@ const OBLIQUE: f64 = 0.5;
 type Place = [f64; 3];
 
 /// Time, position and thrust.
-type Flown = (f64, [f64; 3], [f64; 3]);
+type PlaceAndThrust = (f64, [f64; 3], [f64; 3]);
 
 /// The path of a stage with its times.
 struct StagePath {
@@ -43,9 +43,11 @@ fn paths(workers: &mut Workers<'_>) -> Result<Vec<StagePath>, Stop> {
         let position = |i: usize| {
             let time = phase.time_at(i as f64 / POINTS as f64);
             let control = if phase.control.dimension() > 0 { phase.control_at(time) } else { Vec::new() };
-            motion.point(k, time, &phase.state_at(time), &control).map(|p| (time, p.position, p.thrust))
+            motion
+                .point(k, time, &phase.state_at(time), &control)
+                .and_then(|p| Some((time, p.position, p.thrust?)))
         };
-        let points: Vec<Flown> = (0..=POINTS).filter_map(position).collect();
+        let points: Vec<PlaceAndThrust> = (0..=POINTS).filter_map(position).collect();
         stages.push((phase.name.to_string(), [phase.initial_time, phase.final_time], points));
     }
     let first = stages.iter().find_map(|(_, _, p)| p.first().map(|p| p.1));
@@ -62,13 +64,13 @@ fn paths(workers: &mut Workers<'_>) -> Result<Vec<StagePath>, Stop> {
         let radius = vector::norm(&p, 0.0);
         [ground * ahead.atan2(above), -ground * (aside / radius).asin(), radius - ground]
     };
-    let thrust = |(time, p, force): &Flown| {
+    let thrust = |(time, p, force): &PlaceAndThrust| {
         let up = unit(*p);
         let ahead = unit(vector::cross(&left, &up));
         let [above, along, aside] = [up, ahead, left].map(|axis| vector::dot(force, &axis));
         (*time, [above, along, -aside])
     };
-    let path = |(name, times, points): (String, [f64; 2], Vec<Flown>)| StagePath {
+    let path = |(name, times, points): (String, [f64; 2], Vec<PlaceAndThrust>)| StagePath {
         name,
         times,
         places: points.iter().map(|p| place(p.1)).collect(),
