@@ -69,7 +69,11 @@ fn without_a_burn(margin: f64, reward: f64) -> Certificate {
 fn a_switching_function_that_touches_zero_between_nodes_is_not_strict() {
     let certificate = without_a_burn(0.0, 1.0);
     assert_eq!(certificate.verdict, Verdict::Extremal, "{certificate:#?}");
-    assert!(certificate.remarks.iter().any(|r| r.contains("second variation is zero")), "{:?}", certificate.remarks);
+    assert!(
+        certificate.remarks.iter().any(|r| r.contains("second variation is zero")),
+        "{:?}",
+        certificate.remarks
+    );
 }
 
 #[test]
