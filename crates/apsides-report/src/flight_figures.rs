@@ -104,11 +104,9 @@ struct Path<'a> {
 impl<'a> Path<'a> {
     fn of(table: &'a Ephemeris) -> Option<Self> {
         let first = table.states.first()?.position;
-        let altitudes = table.column("altitude_m")?;
-        let radius = norm(&first, 0.0) - altitudes.first()?;
-        let highest = altitudes.iter().copied().fold(0.0, f64::max);
+        let radius = radius_at_start(table)?;
         let inertial: Vec<[f64; 3]> = table.states.iter().map(|s| s.position).collect();
-        let whole = travelled(&inertial) > FAR || highest > HIGH * radius;
+        let whole = travelled(&inertial) > FAR || !is_near_ground(table);
         // The ground below a flight stands still.
         let fixed = || table.states.iter().map(|s| s.fixed_position).collect();
         let places = if whole { inertial } else { fixed() };
@@ -399,13 +397,16 @@ fn histories(table: &Ephemeris) -> Vec<Figure> {
     HISTORIES.iter().filter_map(figure).collect()
 }
 
+/// Radius of the body where the flight begins, m.
+fn radius_at_start(table: &Ephemeris) -> Option<f64> {
+    Some(norm(&table.states.first()?.position, 0.0) - table.column("altitude_m")?.first()?)
+}
+
 /// True of a flight that stays within a part of the radius above the ground.
 fn is_near_ground(table: &Ephemeris) -> bool {
-    let (Some(altitude), Some(first)) = (table.column("altitude_m"), table.states.first()) else {
-        return false;
-    };
-    let radius = norm(&first.position, 0.0) - altitude.first().copied().unwrap_or_default();
-    altitude.iter().all(|a| *a <= HIGH * radius)
+    let radius = radius_at_start(table);
+    let highest = table.column("altitude_m").and_then(|a| a.iter().copied().reduce(f64::max));
+    highest.zip(radius).is_some_and(|(highest, radius)| highest <= HIGH * radius)
 }
 
 fn spans(table: &Ephemeris) -> Vec<Span> {

@@ -98,6 +98,14 @@ pub struct Statistics {
     pub faults: Vec<Fault>,
 }
 
+impl Statistics {
+    /// That of the result of this name.
+    #[must_use]
+    pub fn spread(&self, name: &str) -> Option<&Spread> {
+        self.spreads.iter().find(|spread| spread.name == name)
+    }
+}
+
 /// The statistics of samples in memory, by the names of their results; `linear_covariance` is that of the first ones by the state-transition
 /// matrix.
 #[must_use]

@@ -8,7 +8,7 @@ pub(super) const ITEMS: &[PaperItem] = &[
         "(1) to (4), cooperation of colony, swarm and genetic algorithm: six steps",
         "profiles",
         ("profiles", "Against single algorithms"),
-        "in the order of the paper the cooperation beats 5, equals 4 and is worse than 11; with the exchange after the cycle the cooperation beats 10, equals 5 and is worse than 5",
+        "in the order of the paper, and with an exchange after the cycle: counted by the sheet",
     ),
     sheet(
         "(5), (6), test functions",

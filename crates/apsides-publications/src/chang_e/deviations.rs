@@ -13,7 +13,7 @@ use crate::workers::Workers;
 use crate::{Error, Outcome, Pipeline};
 use apsides_pipeline::dispersion::Deviations;
 use apsides_pipeline::dispersion::{Dispersed, Guidance, Onboard, Replanning};
-use apsides_pipeline::montecarlo::{MonteCarlo, Sample, Statistics};
+use apsides_pipeline::montecarlo::{MonteCarlo, Sample};
 
 /// The deviating flights of a planned braking.
 pub(super) fn flights(mission: &Pipeline, plan: &Outcome) -> Result<Box<dyn Dispersed>, Error> {
@@ -57,16 +57,15 @@ pub(super) fn near(flights: usize, replanned: usize, workers: &mut Workers<'_>) 
     };
     let (samples, open) = run(flights, Guidance::OpenLoop)?;
     let (_, anew) = run(replanned, Guidance::Replanned(Replanning::at_start()))?;
-    let spread = |s: &Statistics, name: &str| s.spreads.iter().find(|p| p.name == name).cloned();
     let relative = |value: f64, part: f64| to(value, part * value.abs());
     let mut labels = Vec::new();
     for (key, words, sampled, linear) in SPREADS {
-        let Some(found) = spread(&open, key) else { continue };
+        let Some(found) = open.spread(key) else { continue };
         labels.push((format!("sigma {words}"), found.sigma, relative(sampled, SAMPLING)));
         let by_matrix = found.linear_sigma.unwrap_or(f64::NAN);
         labels.push((format!("sigma by the matrix, {words}"), by_matrix, relative(linear, 1e-4)));
     }
-    if let Some(miss) = spread(&open, "horizontal_miss_m") {
+    if let Some(miss) = open.spread("horizontal_miss_m") {
         labels.push(("horizontal miss, median, m".into(), miss.percentiles[1], relative(585.260, SAMPLING)));
         labels.push(("horizontal miss, 99 %, m".into(), miss.percentiles[2], relative(1_476.692, SAMPLING)));
     }
@@ -75,7 +74,7 @@ pub(super) fn near(flights: usize, replanned: usize, workers: &mut Workers<'_>) 
         100.0 * anew.within_1_m.unwrap_or(f64::NAN),
         to(100.0, 0.0),
     ));
-    if let Some(mass) = spread(&anew, "final_mass_kg") {
+    if let Some(mass) = anew.spread("final_mass_kg") {
         // Twice the standard error of the difference of two sets of 150.
         labels.push((
             "planned anew: sigma of the final mass, kg".into(),
@@ -92,7 +91,7 @@ pub(super) fn near(flights: usize, replanned: usize, workers: &mut Workers<'_>) 
     let worst = |of: &dyn Fn(f64, f64, f64) -> f64| {
         let parts = SPREADS
             .iter()
-            .filter_map(|(key, _, sampled, linear)| Some(of(spread(&open, key)?.sigma, *sampled, *linear)));
+            .filter_map(|(key, _, sampled, linear)| Some(of(open.spread(key)?.sigma, *sampled, *linear)));
         parts.fold(0.0, f64::max)
     };
     sheet.findings.push(format!(

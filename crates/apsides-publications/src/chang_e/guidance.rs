@@ -2,7 +2,7 @@
 
 use apsides_control::guidance::feed_forward::FeedForward;
 use apsides_pipeline::dispersion::{Deviations, Guidance, Replanning};
-use apsides_pipeline::montecarlo::{MonteCarlo, Sample};
+use apsides_pipeline::montecarlo::{MonteCarlo, Sample, Spread, Statistics};
 
 use super::case::{BRAKING, MASS, outcome};
 use super::deviations::{SIGMA_M, SIGMA_M_S, steered};
@@ -29,7 +29,6 @@ const STEPS: usize = 3;
 const START: Axes = Axes { along: [1, 4], across: [2, 5] };
 const ALONG: usize = 1;
 const ACROSS: usize = 2;
-const FINAL_MASS: usize = 7;
 
 /// Places of position and speed along the course and across it among the deviations.
 struct Axes {
@@ -60,14 +59,17 @@ impl Steered<'_> {
         d: Deviations,
         samples: usize,
         seed: u64,
-    ) -> Result<Vec<Sample>, Error> {
+    ) -> Result<(Vec<Sample>, Statistics), Error> {
         let run = MonteCarlo { samples, seed, threads: self.threads, dispersions: d, ..steered(guidance) };
-        Ok(run.run(self.mission, self.plan, Vec::new(), |_| true)?.0)
+        run.run(self.mission, self.plan, Vec::new(), |_| true)
     }
 
     /// The gains for which the ends of flights depend least on the errors of their starts: least squares, by what a correction does.
     fn gains(&self, flights: usize) -> Result<FeedForward, Error> {
-        let fly = |law| self.fly(Guidance::FeedForward(law), start_errors(), flights, FITTED_SEED);
+        let fly = |law| {
+            let run = self.fly(Guidance::FeedForward(law), start_errors(), flights, FITTED_SEED);
+            run.map(|(samples, _)| samples)
+        };
         let mut law = FeedForward::default();
         let before = fly(law)?;
         let trial = fly(from_gains(TRIAL, TRIAL))?;
@@ -162,8 +164,8 @@ pub(super) fn sheet(
     let mut series = Vec::new();
     for (deviations, sizes) in [("start", start_errors()), ("start and engine", with_engine())] {
         for (label, guidance, samples) in &steerings {
-            let flown = steered.fly(guidance.clone(), sizes, *samples, SEED)?;
-            sheet.push(format!("{deviations}: {label}"), values(&flown));
+            let (flown, statistics) = steered.fly(guidance.clone(), sizes, *samples, SEED)?;
+            sheet.push(format!("{deviations}: {label}"), values(&flown, &statistics));
             if deviations == "start" {
                 let dots = flown.iter().filter(|s| ended(s)).map(|s| [s.results[ACROSS], s.results[ALONG]]);
                 series.push(GraphSeries { label: (*label).into(), line: Vec::new(), dots: dots.collect() });
@@ -181,28 +183,20 @@ pub(super) fn sheet(
     Ok(sheet)
 }
 
-fn values(samples: &[Sample]) -> Vec<Option<f64>> {
-    let flown: Vec<&[f64]> = samples.iter().filter(|s| ended(s)).map(|s| &s.results[..]).collect();
-    let mean_and_sigma = |of: &dyn Fn(&[f64]) -> f64| {
-        let mean = flown.iter().map(|r| of(r)).sum::<f64>() / flown.len() as f64;
-        let square = flown.iter().map(|r| (of(r) - mean).powi(2)).sum::<f64>();
-        [mean, (square / (flown.len() as f64 - 1.0)).sqrt()]
-    };
-    let largest = |of: &dyn Fn(&[f64]) -> f64| flown.iter().map(|r| of(r)).fold(0.0, f64::max);
-    let [along, along_sigma] = mean_and_sigma(&|r| r[ALONG]);
-    let [across, across_sigma] = mean_and_sigma(&|r| r[ACROSS]);
-    let [propellant, propellant_sigma] = mean_and_sigma(&|r| MASS - r[FINAL_MASS]);
+fn values(samples: &[Sample], statistics: &Statistics) -> Vec<Option<f64>> {
+    let of = |name: &str, pick: fn(&Spread) -> f64| statistics.spread(name).map_or(f64::NAN, pick);
+    let speed = |s: &Sample| s.results[3..6].iter().map(|v| v * v).sum::<f64>().sqrt();
     [
-        samples.len() as f64,
-        (samples.len() - flown.len()) as f64,
-        along,
-        along_sigma,
-        across,
-        across_sigma,
-        largest(&|r| r[0].abs()),
-        largest(&|r| r[3..6].iter().map(|v| v * v).sum::<f64>().sqrt()),
-        propellant,
-        propellant_sigma,
+        statistics.samples as f64,
+        statistics.failed as f64,
+        of("along_m", |s| s.mean),
+        of("along_m", |s| s.sigma),
+        of("across_m", |s| s.mean),
+        of("across_m", |s| s.sigma),
+        of("up_m", |s| s.largest),
+        samples.iter().filter(|s| ended(s)).map(speed).fold(0.0, f64::max),
+        MASS - of("final_mass_kg", |s| s.mean),
+        of("final_mass_kg", |s| s.sigma),
     ]
     .map(|v| Some(v).filter(|v| v.is_finite()))
     .to_vec()

@@ -100,7 +100,7 @@ fn series(stage: &StagePath, label: &str, view: fn(&Place) -> [f64; 2]) -> Graph
 }
 
 /// Thrust and its angles as the paper counts them: from the vertical, and of its horizontal part from the direction against the course, to
-/// the right. An upright thrust has no second angle.
+/// the right of one who looks there. An upright thrust has no second angle.
 const THRUSTS: [(&str, &str, (&str, &str)); 3] = [
     ("landing_thrust.svg", "Figs 10 to 13: thrust", ("thrust", "N")),
     ("landing_theta.svg", "Figs 10 to 13: angle theta of the thrust from the vertical", ("theta", "deg")),
@@ -212,19 +212,20 @@ mod tests {
     /// Round-off of the arithmetic, deg.
     const ROUNDING: f64 = 1e-12;
 
-    /// By hand: straight back and as much up is 45 deg from the vertical and 0 deg from backwards; forwards is half a turn; to the right a quarter.
+    /// By hand: straight back and as much up is 45 deg from the vertical and 0 deg from backwards; forwards is half a turn; to the right of the
+    /// course, which is to the left of one who looks back, a quarter.
     #[test]
     fn angles_by_hand() {
         for (thrust, theta, psi) in [
             ([1.0, -1.0, 0.0], 45.0, Some(0.0)),
-            ([0.0, 1.0, 0.0], 90.0, Some(180.0)),
-            ([-1.0, 0.0, 1.0], 135.0, Some(90.0)),
+            ([0.0, 1.0, 0.0], 90.0, Some(-180.0)),
+            ([-1.0, 0.0, 1.0], 135.0, Some(-90.0)),
             ([2.0, 0.0, 0.0], 0.0, None),
         ] {
             let [_, found, aside] = thrust_angles(thrust);
             assert!((found.unwrap() - theta).abs() < ROUNDING, "{found:?}");
             match (aside, psi) {
-                (Some(a), Some(b)) => assert!((a.abs() - b).abs() < ROUNDING, "{a} {b}"),
+                (Some(a), Some(b)) => assert!((a - b).abs() < ROUNDING, "{a} {b}"),
                 (found, expected) => assert_eq!(found, expected),
             }
         }

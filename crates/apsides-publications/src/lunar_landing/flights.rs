@@ -154,7 +154,7 @@ pub(super) fn dispersion(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             let (flown, statistics) = run.run(&mission, &plan, Vec::new(), |_| true)?;
             let failed = flown.iter().filter(|s| s.results.iter().any(|v| !v.is_finite())).count();
             let keys = ["up_m", "along_m", "across_m", "up_m_s", "along_m_s", "across_m_s", "final_mass_kg"];
-            let sigma = |key: &&str| statistics.spreads.iter().find(|s| s.name == *key).map(|s| s.sigma);
+            let sigma = |key: &&str| statistics.spread(key).map(|s| s.sigma);
             let mut values = vec![Some(flown.len() as f64), Some(failed as f64)];
             values.extend(keys.iter().map(sigma));
             sheet.push(format!("{label}, {steering}"), values);

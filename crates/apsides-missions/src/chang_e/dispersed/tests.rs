@@ -171,7 +171,7 @@ fn flown(mission: &Pipeline, plan: &Outcome, run: &MonteCarlo) -> Statistics {
 }
 
 fn spread<'a>(s: &'a Statistics, name: &str) -> &'a Spread {
-    s.spreads.iter().find(|spread| spread.name == name).unwrap()
+    s.spread(name).unwrap()
 }
 
 /// Largest relative difference between sampled and linear standard deviations of position and velocity.
