@@ -31,6 +31,7 @@ SCRIPTS = {
     "propagation": [],
     "moving_mass": [],
     "hazard": [],
+    "resolve": [],
 }
 
 

@@ -6,6 +6,8 @@ equations down once more, checks that they agree at the start, and lets both sol
 
 import json
 import os
+import subprocess
+import sys
 import tempfile
 import tomllib
 
@@ -93,9 +95,41 @@ def compare(program, intervals, arguments):
     return trajectories.in_turns(command, flags, {"Ipopt": problem}, arguments.turns, 0.0)
 
 
+def growth(program, arguments):
+    """Times of apsides alone from small meshes to large ones, and the memory that a process takes."""
+    figures = findings.Figures(
+        "Growth of the work with the mesh",
+        f"The landing on intervals of {arguments.points} points by the strategy `quality`, apsides alone; memory is the largest resident set of a process"
+        " that sets up and solves once.",
+        ["intervals", "variables", "iterations", "solve", "per iteration and interval", "set-up", "memory"],
+    )
+    for intervals in arguments.growth:
+        command = [program, "--json", "--intervals", intervals, "--points", arguments.points, "--adaptive"]
+        command = [str(word) for word in [*command, "--initial-barrier", arguments.initial_barrier]]
+        process = subprocess.Popen([*command, "--repeat", "1"], stdout=subprocess.PIPE)
+        process.stdout.read()
+        _, status, usage = os.wait4(process.pid, 0)
+        if status:
+            sys.exit(f"the landing on {intervals} intervals failed")
+        run = output(*command, "--repeat", str(1 if intervals > 5000 else 3 if intervals > 500 else 20))
+        least, iterations = min(run["solve_ms"]), run["iterations"]
+        figures.add(
+            intervals,
+            run["variables"],
+            iterations,
+            f"{least:.3g} ms",
+            f"{1e3 * least / iterations / intervals:.2f} us",
+            f"{min(run['setup_ms']):.3g} ms",
+            f"{usage.ru_maxrss / 1024:.0f} MB",
+        )
+        print("growth: " + ", ".join(figures.lines[-1]), flush=True)
+    return figures
+
+
 def main():
     parser = findings.parser(__doc__)
     parser.add_argument("--intervals", type=int, nargs="+", default=[20, 100, 1000, 5000])
+    parser.add_argument("--growth", type=int, nargs="*", default=[20, 100, 1000, 5000, 20000], help="meshes of apsides alone")
     parser.add_argument("--points", type=int, default=3)
     parser.add_argument("--start", default="auto", help="auto, line or coarse, see the program")
     parser.add_argument("--initial-barrier", type=float, default=0.1, help="barrier parameter at the start, both")
@@ -117,7 +151,7 @@ def main():
         for (peer, strategy), pair in trajectories.equal(entries, trajectories.optimum_of(entries), 1e-8).items():
             reached = "{} and {} iterations".format(*(e.last["iterations"] for e in pair))
             found.add(f"{intervals} intervals, {strategy}", peer, *(e.least for e in pair), reached)
-    findings.write(arguments.findings, found)
+    findings.write(arguments.findings, found, growth(program, arguments))
 
 
 if __name__ == "__main__":

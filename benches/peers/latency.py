@@ -95,6 +95,7 @@ PEERS = {"QOCO": by_qoco, "ECOS": by_ecos, "Clarabel": by_clarabel}
 def main():
     parser = findings.parser(__doc__)
     parser.add_argument("--starts", type=int, default=200)
+    parser.add_argument("--alone", type=int, default=10000, help="starts by the solver over stages alone")
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
@@ -138,13 +139,30 @@ def main():
             reached = f"{good} of {arguments.starts} solved or certified by the peer, objectives {difference:.0e} apart"
             found.add(f"{name}, mean", peer, own[name][0], mean, reached)
             found.add(f"{name}, largest", peer, own[name][1], largest, reached)
-    findings.write(arguments.findings, found)
+    findings.write(arguments.findings, found, *latency(program, arguments))
+
+
+def latency(program, arguments):
+    """What the solver over stages takes from many starts; none if none are asked for."""
+    if arguments.alone == 0:
+        return []
+    command = [program, "--starts", str(arguments.alone), "--seed", str(arguments.seed), "--runs", "1"]
+    table = subprocess.run(command, capture_output=True, check=True, text=True).stdout
+    print(table)
+    heading, *_ = table.splitlines()
+    figures = findings.Figures(
+        "Latency of a powered descent over 50 intervals",
+        f"The solver over stages alone from {arguments.alone} dispersed starts, each once, milliseconds of processor time.",
+        [cell.strip() for cell in heading.strip("|").split("|")],
+    )
+    for cells in findings.of_table(table):
+        figures.add(*cells)
+    return [figures]
 
 
 def means(table):
     """Mean and largest time of each case, ms, from the table of the program."""
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()[2:]]
-    return {row[0]: (float(row[2]), float(row[4])) for row in rows if len(row) > 4}
+    return {row[0]: (float(row[2]), float(row[4])) for row in findings.of_table(table) if len(row) > 4}
 
 
 if __name__ == "__main__":

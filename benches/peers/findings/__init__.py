@@ -22,6 +22,22 @@ class Findings:
             self.rows.append(row)
 
 
+class Figures:
+    """Figures of apsides alone, as a table of words: nothing to compare with."""
+
+    def __init__(self, topic, note, heading):
+        self.topic, self.note, self.heading, self.lines = topic, note, heading, []
+
+    def add(self, *cells):
+        self.lines.append([str(cell) for cell in cells])
+
+
+def of_table(text):
+    """The cells of the lines of a Markdown table, without heading and rule."""
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in line.strip().strip("|").split("|")] for line in lines[2:]]
+
+
 def parser(description):
     """The parser of a comparison."""
     made = argparse.ArgumentParser(description=description.splitlines()[0])

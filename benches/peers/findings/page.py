@@ -45,13 +45,22 @@ def table(rows):
     return lines
 
 
+def plain(topic):
+    """A table of figures of apsides alone."""
+    rule = ["---", *("---:" for _ in topic["heading"][1:])]
+    return ["| " + " | ".join(cells) + " |" for cells in (topic["heading"], rule, *topic["lines"])]
+
+
 def page(summary):
     """The text of the page."""
-    topics = [topic for topic in summary["topics"] if topic["rows"]]
+    topics = [topic for topic in summary["topics"] if topic.get("rows")]
+    alone = [topic for topic in summary["topics"] if topic.get("lines")]
     lines = [HEAD, f"Date {summary['date']}, {summary['machine']}; {summary['versions']}.", "", *overview(topics), ""]
     behind = sorted((row for topic in topics for row in topic["rows"] if ratio(row) < 1.0), key=ratio)
     if behind:
         lines += ["## Works in which a peer is ahead", "", *table(behind), ""]
     for topic in topics:
         lines += [f"## {topic['topic']}", "", topic["note"], "", *table(topic["rows"]), ""]
+    for topic in alone:
+        lines += [f"## {topic['topic']}", "", topic["note"], "", *plain(topic), ""]
     return "\n".join(lines)

@@ -1,17 +1,25 @@
-//! Times re-solves of a mission after changes of its values: a cold solve, one change after the other, and a cloud of dispersed values.
+//! Times re-solves of a mission after changes of its values: a cold solve, one change after the other, a step along the derivative of the
+//! solution, and a cloud of dispersed values.
 //!
 //! ```text
 //! cargo run --release -p apsides-benches --bin resolve -- [--mission NAME] [--intervals N --points N] [--change 0.01] [KEY...]
 //! ```
 #![allow(clippy::print_stdout)]
 
-use apsides::ocp::Mesh;
-use apsides::radau::{Radau, RadauSettings, Resolved, Session};
+use apsides::nlp::{InteriorPoint, Perturbation};
+use apsides::ocp::{Guess, Mesh, Trajectory};
+use apsides::radau::{Radau, RadauSettings, Resolved, Session, Transcription};
 use apsides::verify::{Verdict, VerifySettings, verify};
 use apsides::{Posed, load};
 use apsides_benches::CpuTime;
 use apsides_benches::landing::Failure;
 use clap::Parser;
+
+/// Relative change of a value over which its derivative is taken, to both sides.
+const SMALL_CHANGE: f64 = 1e-4;
+
+/// Steps along the derivative that are timed.
+const STEPS: usize = 200;
 
 /// The tolerance of a mesh that is not refined.
 const ANY_ERROR: f64 = 1e6;
@@ -82,6 +90,7 @@ fn main() -> Result<(), Failure> {
         Some(intervals) => Mesh::uniform(&ocp, intervals, arguments.points)?,
         None => radau.uniform_mesh(&ocp)?,
     };
+    let mut lines = Vec::new();
     let mut cold = f64::INFINITY;
     let mut solution = radau.solve_on(&ocp, &guess, mesh.clone(), &mut ())?;
     for _ in 0..5 {
@@ -99,9 +108,13 @@ fn main() -> Result<(), Failure> {
         solution.trajectory.objective
     );
 
+    lines.push(format!("| cold solve | {cold:.2} ms | {iterations} | {} meshes |", solution.meshes.len()));
+    lines.push(parametric_step(&case, &radau, &solution.trajectory)?);
+
     println!(
         "\n| change | ms | iterations | same active set or near it | objective | cold / re-solve |\n| --- | ---: | ---: | --- | ---: | ---: |"
     );
+    let (mut slowest, mut most) = (0.0_f64, 0);
     for key in 0..arguments.keys.len() {
         for sign in [1.0, -1.0] {
             let mut changes = none.clone();
@@ -118,6 +131,7 @@ fn main() -> Result<(), Failure> {
             }
             let Some(Resolved { solution, followed }) = found else { continue };
             let iterations: usize = solution.meshes.iter().map(|m| m.counters.iterations).sum();
+            (slowest, most) = (slowest.max(least), most.max(iterations));
             println!(
                 "| {} {:+} % | {least:.3} | {iterations} | {followed} | {} | {:.1} |",
                 arguments.keys[key],
@@ -127,11 +141,51 @@ fn main() -> Result<(), Failure> {
             );
         }
     }
-    cloud(&case, &radau, &solution.trajectory)
+    let change = 100.0 * arguments.change;
+    let times = cold / slowest;
+    lines.push(format!(
+        "| a value changed by {change} %, the slowest | {slowest:.3} ms | {most} | {times:.1} times cheaper than cold |"
+    ));
+    lines.extend(cloud(&case, &radau, &solution.trajectory)?);
+    println!("\n| work | time | iterations | remarks |\n| --- | ---: | ---: | --- |\n{}", lines.join("\n"));
+    Ok(())
+}
+
+/// One step along the derivative of the solution to the first key, from derivatives of the data that are known: one solve with the factor
+/// at the solution.
+fn parametric_step(case: &Case<'_>, radau: &Radau, nominal: &Trajectory) -> Result<String, Failure> {
+    let none = vec![0.0; case.arguments.keys.len()];
+    let pose = |change: f64| -> Result<Transcription, Failure> {
+        let mut changes = none.clone();
+        changes[0] = change;
+        Ok(Transcription::new(&case.posed(&changes)?.ocp, &nominal.mesh(), &Guess::earlier(nominal))?)
+    };
+    let (solver, mut nlp) = (InteriorPoint::new(radau.settings.nlp.clone()), pose(0.0)?);
+    let Some(warm) = nlp.warm_start(&case.posed(&none)?.ocp, &Guess::earlier(nominal)) else {
+        return Err("the solution has no multipliers".into());
+    };
+    let report = solver.solve_from(&mut nlp, &warm, &mut ())?;
+    let width = 2.0 * SMALL_CHANGE;
+    let (mut before, mut after) = (pose(-SMALL_CHANGE)?, pose(SMALL_CHANGE)?);
+    let perturbation = Perturbation::between(&mut before, &mut after, &report, width)?;
+    let mut sensitivity = solver.sensitivity(&mut nlp, &report)?;
+    let mut times = Vec::new();
+    let mut step = report.x.clone();
+    for _ in 0..STEPS {
+        let clock = CpuTime::start();
+        let derivative = sensitivity.solve(&perturbation)?;
+        for ((step, x), slope) in step.iter_mut().zip(&report.x).zip(&derivative.x) {
+            *step = x + case.arguments.change * slope;
+        }
+        times.push(1e3 * clock.milliseconds());
+    }
+    times.sort_by(f64::total_cmp);
+    let (key, variables) = (&case.arguments.keys[0], step.len());
+    Ok(format!("| a step along the derivative to `{key}` | {:.0} us | - | {variables} variables |", times[0]))
 }
 
 /// Dispersed sets of values, each re-solved from the nominal solution and certified.
-fn cloud(case: &Case<'_>, radau: &Radau, nominal: &apsides::ocp::Trajectory) -> Result<(), Failure> {
+fn cloud(case: &Case<'_>, radau: &Radau, nominal: &Trajectory) -> Result<Vec<String>, Failure> {
     let arguments = case.arguments;
     let (mut times, mut checks) = (Vec::new(), Vec::new());
     let mut followed = 0;
@@ -165,20 +219,22 @@ fn cloud(case: &Case<'_>, radau: &Radau, nominal: &apsides::ocp::Trajectory) -> 
     let mean = |times: &[f64]| times.iter().sum::<f64>() / times.len().max(1) as f64;
     times.sort_by(f64::total_cmp);
     let quantile = |q: f64| times[((times.len() - 1) as f64 * q) as usize];
-    println!(
-        "\n{} samples within {} %: re-solve mean {:.3} ms, 99.9 % {:.3} ms, largest {:.3} ms; {:.2} iterations; certificate mean {:.3} ms",
-        times.len(),
-        100.0 * arguments.change,
-        mean(&times),
-        quantile(0.999),
-        quantile(1.0),
-        iterations as f64 / times.len().max(1) as f64,
-        mean(&checks)
-    );
-    println!("by the active set {followed}, by other meshes {}, failed {failed}", times.len() - followed);
+    let change = 100.0 * arguments.change;
+    let count = times.len();
     let [rejected, feasible, extremal, strict, global] = verdicts;
-    println!(
-        "rejected {rejected}, feasible {feasible}, extremal {extremal}, strict {strict}, global {global}"
-    );
-    Ok(())
+    let other = count - followed;
+    Ok(vec![
+        format!(
+            "| {count} sets of values within {change} %, all | {:.0} ms | {:.2} each | by the active set {followed}, by other meshes {other}, failed {failed} |",
+            times.iter().sum::<f64>(),
+            iterations as f64 / count.max(1) as f64,
+        ),
+        format!("| mean of them | {:.3} ms | - | |", mean(&times)),
+        format!("| 99.9 % of them within | {:.3} ms | - | |", quantile(0.999)),
+        format!("| the slowest of them | {:.3} ms | - | |", quantile(1.0)),
+        format!(
+            "| a certificate of one of them, mean | {:.3} ms | - | rejected {rejected}, feasible {feasible}, extremal {extremal}, strict {strict}, global {global} |",
+            mean(&checks)
+        ),
+    ])
 }
