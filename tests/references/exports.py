@@ -9,7 +9,7 @@ To 1 m and 1 mm/s, and to 1e-9 for quaternions:
 * ephemeris.czml: what its sampled positions are in axes fixed to the body, by their instants in UTC (ERFA);
 * states in axes of the ICRF turned into those of the body by SPICE, against the columns of the fixed axes;
 * speeds, path angles, longitude, latitude of the fixed states, by their definitions;
-* coasts of an injection by Kepler's equation, from the first state of the phase to the last.
+* coasts of an injection, and of a problem with equations of its own, by Kepler's equation, from the first state of the phase to the last.
 
 The JSON Schema that the program prints, by `jsonschema`: it accepts all mission files of the project, and refuses broken ones at the path of
 the mistake. Exit status 1 where anything differs.
@@ -196,12 +196,15 @@ def kepler(mu, r, v, t):
 def check_coasts(table, body):
     phases = np.array(table["phase"])
     position, velocity = vectors(table, "position_icrf"), vectors(table, "velocity_icrf")
-    for phase in dict.fromkeys(p for p in table["phase"] if p.startswith("coast-")):
+    for phase in dict.fromkeys(p for p in table["phase"] if p.startswith(("coast-", "coast_"))):
         first, last = np.flatnonzero(phases == phase)[[0, -1]]
         found = kepler(MU[body], position[first], velocity[first], table["time_s"][last] - table["time_s"][first])
         close(f"{phase} position", position[last], found[0], POSITION)
         close(f"{phase} velocity", velocity[last], found[1], VELOCITY)
 
+
+# A problem with equations of its own.
+OWN = "lunar-orbit-raise"
 
 BROKEN = [
     ("lunar-perilune", ["thrust_n"], -440.0),
@@ -214,8 +217,27 @@ BROKEN = [
     ("geo-2-burn", ["frame", "inclination_deg"], 181.0),
     ("capsule-reentry", ["epoch"], 2030),
     ("chang-e-3", ["mission"], "chang-e-4"),
+    (OWN, ["motion"], 7),
+    (OWN, ["motion", "body"], 301),
+    (OWN, ["motion", "axes"], "polar"),
+    (OWN, ["motion", "site"], {"longitude": 0, "latitude": 0}),
+    (OWN, ["motion", "position"], ["r", 0]),
+    (OWN, ["motion", "position"], {}),
+    (OWN, ["motion", "velocity", 2], True),
+    (OWN, ["motion", "mass"], ["m"]),
+    (OWN, ["motion", "thrust", "coast_1"], [0, 0, 0, 0]),
+    (OWN, ["motion", "thrust", "burn_1", 0], ""),
+    (OWN, ["frame", "inclination_deg"], 181.0),
+    (OWN, ["check_units"], "no"),
 ]
-UNKNOWN = [("lunar-perilune", [], "thrst_n"), ("lunar-perilune", ["radau"], "point"), ("lunar-perilune", ["frame"], "tilt_deg")]
+UNKNOWN = [
+    ("lunar-perilune", [], "thrst_n"),
+    ("lunar-perilune", ["radau"], "point"),
+    ("lunar-perilune", ["frame"], "tilt_deg"),
+    (OWN, [], "motoin"),
+    (OWN, ["motion"], "speed"),
+]
+MISSING = [(OWN, ["motion"], key) for key in ("body", "position", "velocity")]
 
 
 def check_schema(program):
@@ -223,7 +245,8 @@ def check_schema(program):
     jsonschema.Draft202012Validator.check_schema(schema)
     validator = jsonschema.Draft202012Validator(schema)
     folder = ROOT / "crates/apsides-missions/missions"
-    files = [*folder.glob("*.toml"), *(folder / "problem").glob("*.toml"), *(ROOT / "tests/problems").glob("*.toml")]
+    own = ROOT / "tests/references"
+    files = [*folder.glob("*.toml"), *(folder / "problem").glob("*.toml"), *(ROOT / "tests/problems").glob("*.toml"), *own.glob("*.toml")]
     files = [file for file in files if file.name != "expected.toml"]
     for file in files:
         errors = list(validator.iter_errors(tomllib.loads(file.read_text())))
@@ -232,26 +255,43 @@ def check_schema(program):
     def deepest(errors):
         return [list(e.absolute_path) for e in errors]
 
+    def table(mission, path):
+        for key in path:
+            mission = mission[key] if isinstance(mission, list) else mission.setdefault(key, {})
+        return mission
+
+    def mission_of(name):
+        return tomllib.loads(((own if name == OWN else folder) / f"{name}.toml").read_text())
+
     def with_value(name, path, value):
-        mission = tomllib.loads((folder / f"{name}.toml").read_text())
-        at = mission
-        for key in path[:-1]:
-            at = at.setdefault(key, {})
-        at[path[-1]] = value
+        mission = mission_of(name)
+        table(mission, path[:-1])[path[-1]] = value
         return mission
 
     for name, path, value in BROKEN:
         errors = deepest(validator.iter_errors(with_value(name, path, value)))
         assert errors == [path], f"{name} {path} = {value!r}: {errors}"
-    for name, table, key in UNKNOWN:
-        found = list(validator.iter_errors(with_value(name, [*table, key], 1.0)))
-        assert deepest(found) == [table] and key in found[0].message, f"{name} {table} {key}: {found}"
-    return len(files)
+    for name, path, key in UNKNOWN:
+        found = list(validator.iter_errors(with_value(name, [*path, key], 1.0)))
+        assert deepest(found) == [path] and key in found[0].message, f"{name} {path} {key}: {found}"
+    for name, path, key in MISSING:
+        mission = mission_of(name)
+        del table(mission, path)[key]
+        found = list(validator.iter_errors(mission))
+        assert deepest(found) == [path] and key in found[0].message, f"{name} {path} without {key}: {found}"
+    at_site = with_value(OWN, ["motion", "axes"], "site")
+    assert deepest(validator.iter_errors(at_site)) == [["motion"]], "a site that is missing"
+    at_site["motion"]["site"] = {"longitude": "-19.5 deg"}
+    assert deepest(validator.iter_errors(at_site)) == [["motion", "site"]], "a latitude that is missing"
+    at_site["motion"]["site"]["latitude"] = 44.1
+    assert not deepest(validator.iter_errors(at_site))
+    return len(files), len(BROKEN) + len(UNKNOWN) + len(MISSING) + 2
 
 
 def main():
     program, *directories = sys.argv[1:]
-    print(f"schema: {check_schema(program)} files accepted, {len(BROKEN) + len(UNKNOWN)} broken ones refused at their paths")
+    accepted, refused = check_schema(program)
+    print(f"schema: {accepted} files accepted, {refused} broken ones refused at their paths")
     for directory in map(Path, directories):
         table = columns(directory)
         body = check_arrays(directory, table)

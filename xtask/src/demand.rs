@@ -1,6 +1,6 @@
 //! Checks by tools that need not be there: without them a sentence says how to get them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::command::{cargo, run};
@@ -104,8 +104,8 @@ fn python_has(modules: &str) -> bool {
     has
 }
 
-/// Missions whose ephemerides are read by other programs, with the command, what follows the mission, and the formats beside those of all.
-const EXPORTED: [(&str, &str, &[&str], &str); 7] = [
+/// Missions, one of them the file of a problem, whose ephemerides are read by other programs, with the command, what follows the mission, and the formats beside those of all.
+const EXPORTED: [(&str, &str, &[&str], &str); 8] = [
     ("lunar-two-phase", "solve", &[], ""),
     ("chang-e-3", "solve", &[], ""),
     ("chang-e-3-flat", "solve", &["--set", "epoch=2027-05-04T03:02:01.5 UTC"], ""),
@@ -113,6 +113,7 @@ const EXPORTED: [(&str, &str, &[&str], &str); 7] = [
     ("geo-3-burn", "solve", &["--set", "frame.reference=icrf", "--set", "epoch=2027-05-04T03:02:01 TAI"], ""),
     ("capsule-reentry", "solve", &["--set", "epoch=1999-12-31T23:59:00 UTC"], ""),
     ("moving-mass-cross", "simulate", &["--set", "earth=ellipsoid"], ",aem"),
+    ("tests/references/lunar-orbit-raise.toml", "solve", &[], ""),
 ];
 
 /// Ephemerides of missions, and the schema of mission files, read by programs of others; left out with a sentence where Python does not have
@@ -129,7 +130,7 @@ pub(crate) fn exports_if_there(workspace: &Workspace) -> Result<(), String> {
     read.current_dir(&workspace.root).arg("tests/references/exports.py");
     read.arg(workspace.target.join("release").join("apsides"));
     for (mission, command, values, further) in EXPORTED {
-        let results = out.join(mission);
+        let results = out.join(Path::new(mission).file_stem().unwrap_or_default());
         let formats = format!("csv,json,npz,oem,opm,czml{further}");
         let mut export = cargo(&workspace.root, program);
         export.args([command, mission, "--quiet", "--points", "500", "--format", &formats]).args(values);

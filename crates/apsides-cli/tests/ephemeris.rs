@@ -216,4 +216,12 @@ fn the_schema_has_every_key_of_every_mission() {
         }
     }
     assert_eq!(schema["$defs"]["lunar-perilune"]["properties"]["perilune_altitude_km"]["default"], 15.0);
+    // A problem with equations of its own: its tables, the keys of ephemerides and of methods, and no others.
+    let own = &schema["$defs"]["kind-problem"];
+    let motion = &own["properties"]["motion"];
+    assert_eq!(motion["required"], serde_json::json!(["body", "position", "velocity"]));
+    assert_eq!([&own["additionalProperties"], &motion["additionalProperties"]], [false, false]);
+    assert_eq!(motion["properties"]["position"]["minItems"], 3);
+    assert_eq!(own["properties"]["frame"]["properties"]["inclination_deg"]["maximum"], 180.0);
+    assert_eq!(own["properties"]["radau"]["properties"]["points"]["type"], "integer");
 }

@@ -91,8 +91,11 @@ pub fn registry() -> Registry {
         .with::<crate::moving_mass::CrossMasses>()
         .with::<crate::moving_mass::RadialMasses>();
     #[cfg(feature = "problem")]
-    let registry =
-        with_files(PROBLEMS, registry).with_kind_of_file(crate::problem::WORD, crate::problem::read);
+    let registry = with_files(PROBLEMS, registry).with_kind_of_file(
+        crate::problem::WORD,
+        crate::problem::read,
+        apsides_problem_file::schema::properties,
+    );
     registry
 }
 

@@ -21,7 +21,7 @@ pub struct Registry {
     files: Vec<(&'static str, &'static str)>,
     data: Vec<NamedData>,
     renamed: &'static [(&'static str, &'static str)],
-    of_files: Vec<(&'static str, ReadsKind)>,
+    of_files: Vec<KindOfFile>,
 }
 
 /// The text of a mission file that says itself what its mission is.
@@ -52,6 +52,18 @@ type Changes<'a> = &'a mut dyn Iterator<Item = Result<StatedValue, Error>>;
 /// Makes the kind of mission of one file, and the values that the file states.
 pub type ReadsKind = fn(&Document<'_>) -> Result<(Kind, Vec<StatedValue>), Error>;
 
+/// The schemas of the keys at the top of such files, by their names: JSON Schema, draft 2020-12.
+pub type SchemaOfFile = fn() -> serde_json::Map<String, serde_json::Value>;
+
+/// Files that say themselves what their mission is.
+#[derive(Clone, Copy, Debug)]
+struct KindOfFile {
+    /// The word that they begin with.
+    word: &'static str,
+    reads: ReadsKind,
+    schema: SchemaOfFile,
+}
+
 /// The key of the word that such files begin with.
 const KIND: &str = "kind";
 
@@ -71,11 +83,12 @@ impl Registry {
         self
     }
 
-    /// The same with files that say themselves what their mission is, which begin with `kind = ` and the word.
+    /// The same with files that say themselves what their mission is, which begin with `kind = ` and the word; `schema` has the keys that
+    /// they have besides those of all missions.
     #[must_use]
-    pub fn with_kind_of_file(mut self, word: &'static str, reads: ReadsKind) -> Self {
-        self.of_files.retain(|k| k.0 != word);
-        self.of_files.push((word, reads));
+    pub fn with_kind_of_file(mut self, word: &'static str, reads: ReadsKind, schema: SchemaOfFile) -> Self {
+        self.of_files.retain(|k| k.word != word);
+        self.of_files.push(KindOfFile { word, reads, schema });
         self
     }
 
@@ -107,9 +120,9 @@ impl Registry {
         &self.kinds
     }
 
-    /// The words that files begin with which say themselves what their mission is.
-    pub fn words_of_files(&self) -> impl Iterator<Item = &'static str> + use<'_> {
-        self.of_files.iter().map(|(word, _)| *word)
+    /// The words that files begin with which say themselves what their mission is, each with the schemas of its keys.
+    pub fn kinds_of_files(&self) -> impl Iterator<Item = (&'static str, SchemaOfFile)> + use<'_> {
+        self.of_files.iter().map(|k| (k.word, k.schema))
     }
 
     /// Name and title of every mission file.
@@ -249,9 +262,9 @@ impl Registry {
 
     /// The function that reads a file that begins with a word.
     fn kind_of_file(&self, word: &StatedValue) -> Result<ReadsKind, Error> {
-        let words: Vec<&str> = self.of_files.iter().map(|k| k.0).collect();
-        let found = self.of_files.iter().find(|k| word.value == Value::from(k.0));
-        found.map(|k| k.1).ok_or_else(|| Error::Value {
+        let words: Vec<&str> = self.of_files.iter().map(|k| k.word).collect();
+        let found = self.of_files.iter().find(|k| word.value == Value::from(k.word));
+        found.map(|k| k.reads).ok_or_else(|| Error::Value {
             place: word.place.clone(),
             key: KIND.into(),
             found: word.value.to_string(),

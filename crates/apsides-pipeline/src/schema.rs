@@ -8,7 +8,8 @@ use serde_json::{Map, Value, json};
 use crate::key::{Key, KeyKind, Range};
 use crate::method::Methods;
 use crate::mission::Kind;
-use crate::registry::Registry;
+use crate::placing;
+use crate::registry::{Registry, SchemaOfFile};
 
 /// The schema of the files that a registry reads.
 ///
@@ -23,8 +24,9 @@ use crate::registry::Registry;
 #[must_use]
 pub fn schema(registry: &Registry) -> Value {
     let kinds = registry.kinds();
-    let mut words: Vec<&str> = registry.words_of_files().collect();
-    words.sort_unstable();
+    let mut of_files: Vec<(&str, SchemaOfFile)> = registry.kinds_of_files().collect();
+    of_files.sort_unstable_by_key(|(word, _)| *word);
+    let words: Vec<&str> = of_files.iter().map(|(word, _)| *word).collect();
     let name = |kind: &Kind| kind.name.to_string();
     let of_kind = |kind: &Kind| {
         json!({
@@ -34,10 +36,17 @@ pub fn schema(registry: &Registry) -> Value {
     };
     let mut definitions: Map<String, Value> =
         kinds.iter().map(|kind| (name(kind), definition(kind))).collect();
-    definitions.insert("methods".into(), object(Methods::keys(), Map::new(), true));
     let mut cases: Vec<Value> = kinds.iter().map(of_kind).collect();
-    // The equations of such a file are checked when it is read; the settings of methods are as in all others.
-    cases.push(json!({"if": {"required": ["kind"]}, "then": {"$ref": "#/$defs/methods"}}));
+    for (word, schema) in of_files {
+        let name = format!("kind-{word}");
+        cases.push(json!({
+            "if": {"properties": {"kind": {"const": word}}, "required": ["kind"]},
+            "then": {"$ref": format!("#/$defs/{name}")},
+        }));
+        let mut header = Map::from_iter([("kind".to_owned(), json!({"const": word}))]);
+        header.extend(schema());
+        definitions.insert(name, object(placing::KEYS.iter().chain(Methods::keys()), header));
+    }
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Mission file of apsides",
@@ -58,13 +67,13 @@ pub fn schema(registry: &Registry) -> Value {
 fn definition(kind: &Kind) -> Value {
     let keys = kind.all_keys();
     let header = Map::from_iter([("mission".to_owned(), json!({"const": kind.name}))]);
-    let mut object = object(keys.iter(), header, false);
+    let mut object = object(keys.iter(), header);
     object["title"] = json!(kind.title);
     object
 }
 
-/// An object with these keys, those of a table in an object of its own; `open` where the file has others beside them.
-fn object<'a>(keys: impl Iterator<Item = &'a Key>, header: Map<String, Value>, open: bool) -> Value {
+/// An object with these keys, those of a table in an object of its own.
+fn object<'a>(keys: impl Iterator<Item = &'a Key>, header: Map<String, Value>) -> Value {
     let mut properties = header;
     let mut tables: Map<String, Value> = Map::new();
     for key in keys {
@@ -79,7 +88,7 @@ fn object<'a>(keys: impl Iterator<Item = &'a Key>, header: Map<String, Value>, o
         }
     }
     properties.extend(tables);
-    json!({"type": "object", "properties": properties, "additionalProperties": open})
+    json!({"type": "object", "properties": properties, "additionalProperties": false})
 }
 
 /// Inserts a key below an object of properties, in tables of tables where its name has dots.
@@ -173,7 +182,7 @@ mod tests {
             Key::number("steered.limit.rate_s", 1.0, Range::closed(0.0, 2.0), "rate"),
             Key::count("steered.points", 1, 1, 9, "points"),
         ];
-        let object = object(keys.iter(), Map::new(), false);
+        let object = object(keys.iter(), Map::new());
         assert_eq!(object["additionalProperties"], false);
         let steered = &object["properties"]["steered"];
         assert_eq!(steered["additionalProperties"], false);

@@ -44,6 +44,7 @@
 //! | [`motion`] | the motion about a body that a problem states, for ephemerides |
 //! | [`statement`] | [`Statement`]: the checked problem, posed for values of its constants |
 //! | [`error`], [`missing`], [`place`] | mistakes, what is missing, and their places |
+//! | [`schema`] | the tables and keys of a file as JSON Schema |
 //! | [`program`] | formulas as programs of `apsides-ad` |
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
@@ -64,6 +65,7 @@ pub mod program;
 mod rates;
 mod read;
 mod reader;
+pub mod schema;
 pub mod statement;
 mod tables;
 pub mod write;

@@ -8,8 +8,8 @@ use crate::model::{MotionAxes, MotionPart, MotionSite, StatedMotion};
 use crate::motion::VECTOR;
 use crate::reader::{Field, Node, Reader};
 
-const KEYS: [&str; 7] = ["body", "axes", "site", "position", "velocity", "thrust", "mass"];
-const SITE: [&str; 3] = ["longitude", "latitude", "altitude"];
+pub(crate) const KEYS: [&str; 7] = ["body", "axes", "site", "position", "velocity", "thrust", "mass"];
+pub(crate) const SITE: [&str; 3] = ["longitude", "latitude", "altitude"];
 
 const VECTORS: &str = "three formulas, [\"x\", \"y\", 0], or a table of those of each phase";
 
