@@ -3,7 +3,7 @@
 //! | module | subject |
 //! | --- | --- |
 //! | `symbol`, `functions`, `table` | formulas that are traced from Python |
-//! | `statement` | the parts of a problem from Python's |
+//! | `statement`, `motion` | the parts of a problem from Python's |
 //! | `mission` | missions and problems: keys, solves, sweeps, prices |
 //! | `solution` | what a solve returns |
 //! | `trace` | traced functions with exact derivatives |
@@ -18,6 +18,7 @@ mod error;
 mod functions;
 mod hazard;
 mod mission;
+mod motion;
 mod nlp;
 mod ode;
 mod search;

@@ -1,17 +1,21 @@
 //! Solutions: arrays, summary, certificate, report.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use apsides::Outcome;
+use apsides::ephemeris::{Ephemeris, Epoch, Format, Sampling, Step};
 use apsides::missions::problem::OwnProblem;
 use apsides::ocp::{Phase, PhaseTrajectory, Trajectory};
 use apsides::pipeline::Pipeline;
+use apsides_report::{Presentation, ephemeris_files, replace, write_outcome_with};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::error::Error;
+use crate::error::{Error, SettingError, refused};
 use crate::mission::to_json;
 
 /// The result of a solve.
@@ -52,10 +56,37 @@ impl Solution {
         }
     }
 
+    /// The flight as an ephemeris.
+    fn rows(&self, sampling: Sampling) -> PyResult<Ephemeris> {
+        let Outcome { decisions, ocp, trajectory, .. } = &*self.outcome;
+        self.pipeline.ephemeris(decisions, ocp, trajectory, sampling).map_err(refused)
+    }
+
     fn phase(&self, index: usize) -> PyResult<(&Phase, &PhaseTrajectory)> {
         let found = self.outcome.ocp.phases.get(index).zip(self.outcome.trajectory.phases.get(index));
         found.ok_or_else(|| Error::new_err(format!("there is no phase {index}")))
     }
+}
+
+/// Columns of texts and of numbers, by their headers.
+type Rows<V> = (Vec<(String, Vec<String>)>, Vec<(String, V)>);
+
+/// The spacing of rows that Python asks for.
+fn sampling(step: Option<&str>, points: Option<u64>) -> PyResult<Sampling> {
+    let refused = |reason: String| Err(SettingError::new_err(reason));
+    match (step, points) {
+        (Some(step), None) => match step.parse::<Step>() {
+            Ok(Step(step)) => Ok(Sampling::Step(step)),
+            Err(e) => refused(e.to_string()),
+        },
+        (None, Some(points)) if points >= 2 => Ok(Sampling::Points(points)),
+        (None, Some(points)) => refused(format!("{points} points: allowed are at least 2")),
+        _ => refused("say how far apart the rows are: step=\"10s\", or points=500".into()),
+    }
+}
+
+fn texts(paths: &[PathBuf]) -> Vec<String> {
+    paths.iter().map(|p| p.display().to_string()).collect()
 }
 
 /// Name, unit, sort and values of a quantity at points.
@@ -125,9 +156,54 @@ impl Solution {
 
     /// Writes the report and its data files into a directory, and returns their paths.
     fn report(&self, py: Python<'_>, directory: &str) -> PyResult<Vec<String>> {
-        let found = py.detach(|| apsides_report::write_outcome(directory.as_ref(), &self.outcome, &[]));
-        let paths = found.map_err(|e| Error::new_err(e.to_string()))?;
-        Ok(paths.iter().map(|p| p.display().to_string()).collect())
+        let found = py.detach(|| {
+            let shown = Presentation::of_mission(self.pipeline.title(), &self.pipeline, &self.outcome);
+            write_outcome_with(directory.as_ref(), &self.outcome, &shown, Vec::new())
+        });
+        found.map(|paths| texts(&paths)).map_err(|e| Error::new_err(e.to_string()))
+    }
+
+    /// Writes the ephemeris of the flight in some formats into a directory, and returns the paths.
+    fn write(
+        &self,
+        py: Python<'_>,
+        directory: &str,
+        formats: Vec<String>,
+        step: Option<&str>,
+        points: Option<u64>,
+    ) -> PyResult<Vec<String>> {
+        let formats = formats.iter().map(|word| word.parse::<Format>());
+        let formats =
+            formats.collect::<Result<Vec<_>, _>>().map_err(|e| SettingError::new_err(e.to_string()))?;
+        self.pipeline.check_formats(&formats).map_err(refused)?;
+        let sampling = sampling(step, points)?;
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+        py.detach(|| {
+            let table = self.rows(sampling)?;
+            let files = ephemeris_files(&table, &formats, &Epoch::of_unix(now));
+            let files = files.map_err(|e| Error::new_err(e.to_string()))?;
+            let written = replace(directory.as_ref(), &files);
+            written.map(|paths| texts(&paths)).map_err(|e| Error::new_err(e.to_string()))
+        })
+    }
+
+    /// The phases and instants of the rows of an ephemeris, and its columns.
+    fn ephemeris<'py>(
+        &self,
+        py: Python<'py>,
+        step: Option<&str>,
+        points: Option<u64>,
+    ) -> PyResult<Rows<Bound<'py, PyArray1<f64>>>> {
+        let sampling = sampling(step, points)?;
+        let table = py.detach(|| self.rows(sampling))?;
+        let of_rows = |text: &dyn Fn(usize) -> String| (0..table.times.len()).map(text).collect::<Vec<_>>();
+        let texts = vec![
+            ("phase".to_owned(), of_rows(&|row| table.phase_of(row).to_owned())),
+            (table.epoch_header(), of_rows(&|row| table.epoch_of(row).calendar())),
+        ];
+        let columns = table.columns.into_iter().map(|(column, values)| (column.header(), values));
+        let columns = std::iter::once(("time_s".to_owned(), table.times)).chain(columns);
+        Ok((texts, columns.map(|(name, values)| (name, PyArray1::from_vec(py, values))).collect()))
     }
 
     /// The mission file that gives this result again.

@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 use crate::error::{ProblemError, of_problem, refused};
 use crate::functions::expression;
 use crate::mission::Mission;
+use crate::motion::MotionIn;
 use crate::symbol::{Condition, Leaf, Operand, Scope};
 use crate::table::Tables;
 
@@ -146,6 +147,7 @@ pub(crate) struct ProblemIn {
     boundary: Vec<RowIn>,
     objective: Option<ObjectiveIn>,
     guess: Vec<GuessIn>,
+    motion: Option<MotionIn>,
     places: Vec<(String, usize, String)>,
 }
 
@@ -191,7 +193,7 @@ pub(crate) fn in_python(missing: &Missing) -> String {
 
 /// Where a formula stands, which says what its leaves are called.
 #[derive(Clone, Copy)]
-enum Where<'a> {
+pub(crate) enum Where<'a> {
     /// Numbers of constants.
     Amount,
     /// Along a phase.
@@ -200,7 +202,7 @@ enum Where<'a> {
     Ends,
 }
 
-struct Reader {
+pub(crate) struct Reader {
     owner: u64,
     places: Vec<Place>,
     tables: Tables,
@@ -216,7 +218,7 @@ impl Reader {
         Unit::parse(name).map_err(|e| self.refused(at, &format!("the unit \"{name}\": {}", e.reason)))
     }
 
-    fn refused(&self, at: usize, reason: &str) -> PyErr {
+    pub(crate) fn refused(&self, at: usize, reason: &str) -> PyErr {
         let place = self.places.get(at);
         let (before, after) = place.map_or_else(Default::default, |p| (format!("{p}: "), p.caret()));
         ProblemError::new_err(format!("{before}{reason}{after}"))
@@ -250,7 +252,7 @@ impl Reader {
         }
     }
 
-    fn formula(
+    pub(crate) fn formula(
         &mut self,
         formula: Operand,
         place: Where<'_>,
@@ -262,7 +264,7 @@ impl Reader {
         found
     }
 
-    fn stated(&mut self, amount: Operand, at: usize) -> PyResult<Stated> {
+    pub(crate) fn stated(&mut self, amount: Operand, at: usize) -> PyResult<Stated> {
         let amount = match amount {
             Operand::Number(number) => Amount::Number(number),
             symbol => Amount::Formula(self.formula(symbol, Where::Amount, at)?),
@@ -270,7 +272,7 @@ impl Reader {
         Ok(Stated { amount, at: at_place(at) })
     }
 
-    fn optional(&mut self, amount: Option<Operand>, at: usize) -> PyResult<Option<Stated>> {
+    pub(crate) fn optional(&mut self, amount: Option<Operand>, at: usize) -> PyResult<Option<Stated>> {
         amount.map(|a| self.stated(a, at)).transpose()
     }
 
@@ -392,6 +394,8 @@ impl Reader {
         });
         let constants = constants.collect::<PyResult<_>>()?;
         let parameters = self.variables(problem.parameters)?;
+        let only = problem.phases.first().map(|p| p.name.clone()).unwrap_or_default();
+        let motion = problem.motion.map(|motion| self.motion(motion, &only)).transpose()?;
         let phases = problem.phases.into_iter().map(|p| self.phase(p)).collect::<PyResult<_>>()?;
         let links = problem.links.into_iter().map(|l| {
             let at = at_place(l.at);
@@ -428,7 +432,7 @@ impl Reader {
             boundary,
             objective,
             guess,
-            motion: None,
+            motion,
             has_units: self.has_units,
             // Numbers of Python have no units that could be checked.
             checks_units: false,

@@ -5,7 +5,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use apsides::Pipeline;
 use apsides::ephemeris::{Ephemeris, Epoch, Format, Sampling};
-use apsides_report::Item;
+use apsides_report::{Item, ephemeris_files};
 
 use crate::arguments::EphemerisArguments;
 use crate::exit::{Refusal, refusal};
@@ -31,13 +31,5 @@ impl EphemerisArguments {
 pub(crate) fn files(table: &Ephemeris, formats: &[Format]) -> Result<Vec<Item>, Refusal> {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let created = Epoch::of_unix(now);
-    let mut formats = formats.to_vec();
-    formats.sort_unstable();
-    formats.dedup();
-    let mut items: Vec<Item> = Vec::new();
-    for format in formats {
-        let files = format.write(table, &created).map_err(refusal)?;
-        items.extend(files.into_iter().map(|(name, content)| (name, Some(content))));
-    }
-    Ok(items)
+    ephemeris_files(table, formats, &created).map_err(refusal)
 }

@@ -1,38 +1,15 @@
-//! Figures: mission curves of the report, prices of a sweep.
+//! Figures: the page of a mission, prices of a sweep.
 
-use apsides::ephemeris::Sampling;
 use apsides::pipeline::key::{name_of, unit_of};
 use apsides::pipeline::sweep::{Axis as Swept, Case};
-use apsides::{Curve, ObjectiveValue, Outcome, Pipeline, Price};
+use apsides::{ObjectiveValue, Outcome, Pipeline, Price};
 use apsides_report::{Axis, Figure, Presentation, Series};
 
-/// Rows of the flight that figures are drawn from.
-const ROWS: u64 = 1200;
-
-/// All that the page of a solved mission shows beside its outcome: its title, its own curves, the flight about its body.
+/// All that the page of a solved mission shows beside its outcome, with the title of the file of this name where there is one.
 pub(crate) fn presentation(name: &str, mission: &Pipeline, outcome: &Outcome) -> Presentation {
     let registry = apsides::registry();
-    let of_file = registry.files().find(|(file, _)| *file == name).map(|(_, title)| title.to_owned());
-    // A flight that has no rows, such as one that did not converge, has its other figures.
-    let flight =
-        mission.ephemeris(&outcome.decisions, &outcome.ocp, &outcome.trajectory, Sampling::Points(ROWS)).ok();
-    let title = of_file.unwrap_or_else(|| mission.title().to_owned());
-    Presentation::new(title, curve_figures(&outcome.curves), flight.as_ref())
-}
-
-/// Curves as figures.
-pub(crate) fn curve_figures(curves: &[Curve]) -> Vec<Figure> {
-    curves
-        .iter()
-        .map(|c| {
-            let axis = |(name, unit): &(String, String)| Axis::new(name.clone(), unit.clone());
-            c.series
-                .iter()
-                .fold(Figure::new(c.title.clone(), axis(&c.x), axis(&c.y)), |figure, (name, points)| {
-                    figure.with(Series::line(name.clone(), points.clone()))
-                })
-        })
-        .collect()
+    let of_file = registry.files().find(|(file, _)| *file == name).map(|(_, title)| title);
+    Presentation::of_mission(of_file.unwrap_or(mission.title()), mission, outcome)
 }
 
 /// Length of a stroke as a part of the range of the swept number.

@@ -3,13 +3,12 @@
 use std::fmt::Write as _;
 
 use apsides::pipeline::simulation::SimulationSummary;
-use apsides_report::write_simulation;
+use apsides_report::{curve_figures, write_simulation};
 
 use crate::arguments::SimulateArguments;
 use crate::commands::{claim, probe_directory};
 use crate::ephemeris::files;
 use crate::exit::{Exit, Refusal, refusal};
-use crate::figures::curve_figures;
 use crate::output::{number, print, print_json, print_words, say, written};
 use crate::progress::Progress;
 use crate::speech::{is_json, is_verbose, warned};

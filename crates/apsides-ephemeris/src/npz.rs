@@ -6,7 +6,6 @@
 
 use crate::EphemerisError;
 use crate::table::Ephemeris;
-use crate::text::epoch_header;
 
 /// Name of the file.
 pub(crate) const FILE: &str = "ephemeris.npz";
@@ -17,7 +16,7 @@ pub(crate) fn write(table: &Ephemeris) -> Result<Vec<u8>, EphemerisError> {
     let mut archive = Archive::default();
     archive.add("phase", &texts((0..rows).map(|row| table.phase_of(row).to_owned()).collect()))?;
     archive
-        .add(&epoch_header(table), &texts((0..rows).map(|row| table.epoch_of(row).calendar()).collect()))?;
+        .add(&table.epoch_header(), &texts((0..rows).map(|row| table.epoch_of(row).calendar()).collect()))?;
     archive.add("time_s", &numbers(&table.times))?;
     for (column, values) in &table.columns {
         archive.add(&column.header(), &numbers(values))?;

@@ -185,6 +185,12 @@ impl Ephemeris {
         self.epoch.elapsed(self.times.get(row).copied().unwrap_or(f64::NAN))
     }
 
+    /// Header of the instants: the time scale ends it.
+    #[must_use]
+    pub fn epoch_header(&self) -> String {
+        format!("epoch_{}", self.epoch.scale().word().to_lowercase())
+    }
+
     /// The phase of a row.
     #[must_use]
     pub fn phase_of(&self, row: usize) -> &str {

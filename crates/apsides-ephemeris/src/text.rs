@@ -9,16 +9,11 @@ use crate::table::Ephemeris;
 pub(crate) const CSV: &str = "ephemeris.csv";
 pub(crate) const JSON: &str = "ephemeris.json";
 
-/// Header of the instants: the time scale ends it.
-pub(crate) fn epoch_header(table: &Ephemeris) -> String {
-    format!("epoch_{}", table.epoch.scale().word().to_lowercase())
-}
-
 /// The table as CSV: phase, instant, time, then every column. Numbers have the fewest digits that give the same number again.
 pub(crate) fn csv(table: &Ephemeris) -> Result<Vec<u8>, EphemerisError> {
     let failed = |source: csv::Error| EphemerisError::Table { file: CSV, source: Box::new(source) };
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let head = ["phase".to_owned(), epoch_header(table), "time_s".to_owned()];
+    let head = ["phase".to_owned(), table.epoch_header(), "time_s".to_owned()];
     let headers = head.into_iter().chain(table.columns.iter().map(|(column, _)| column.header()));
     writer.write_record(headers).map_err(failed)?;
     for row in 0..table.times.len() {

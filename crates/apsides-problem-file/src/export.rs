@@ -9,7 +9,6 @@ use crate::model::{
     Amount, Bounded, End, Guess, Link, Model, Objective, Phase, Profile, Row, Shape, Stated, StatedMotion,
     TableData, Variable,
 };
-use crate::motion_table::AXES;
 use crate::statement::Statement;
 
 impl Statement {
@@ -249,7 +248,7 @@ impl<'a> Exporter<'a> {
     fn motion(&mut self, out: &mut String, motion: &StatedMotion) {
         let _ = writeln!(out, "\n[motion]");
         line(out, "body", &quoted(&motion.body));
-        if let Some((word, _)) = AXES.iter().find(|(_, axes)| *axes == motion.axes) {
+        if let Some((word, _)) = MotionAxes::WORDS.iter().find(|(_, axes)| *axes == motion.axes) {
             line(out, "axes", &quoted(word));
         }
         if let Some(site) = &motion.site {

@@ -267,6 +267,18 @@ pub enum MotionAxes {
     Site,
 }
 
+impl MotionAxes {
+    /// The words of all axes.
+    pub const WORDS: [(&str, Self); 3] =
+        [("inertial", Self::Inertial), ("fixed", Self::Fixed), ("site", Self::Site)];
+
+    /// The axes of a word, if it is one of theirs.
+    #[must_use]
+    pub fn of_word(word: &str) -> Option<Self> {
+        Self::WORDS.iter().find(|(name, _)| *name == word).map(|(_, axes)| *axes)
+    }
+}
+
 /// A place on a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionSite {

@@ -81,7 +81,8 @@ pub(crate) fn motion(
     let model = amounts.model;
     let Some(stated) = &model.motion else { return Ok(None) };
     if !model.has_units {
-        let reason = "positions about a body are lengths, and this file declares no units: give its quantities their units";
+        let reason =
+            "positions about a body are lengths, and no unit is declared: give the quantities their units";
         return Err(amounts.conflict(&stated.at, reason));
     }
     for part in stated.parts() {

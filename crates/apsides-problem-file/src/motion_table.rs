@@ -13,10 +13,6 @@ pub(crate) const SITE: [&str; 3] = ["longitude", "latitude", "altitude"];
 
 const VECTORS: &str = "three formulas, [\"x\", \"y\", 0], or a table of those of each phase";
 
-/// Words of axes.
-pub(crate) const AXES: [(&str, MotionAxes); 3] =
-    [("inertial", MotionAxes::Inertial), ("fixed", MotionAxes::Fixed), ("site", MotionAxes::Site)];
-
 impl Reader<'_> {
     pub(crate) fn motion(&mut self, field: &Field<'_, '_>) -> Result<StatedMotion, ProblemError> {
         let mut body = None;
@@ -69,8 +65,7 @@ impl Reader<'_> {
 
     fn axes(&self, value: &Node<'_>, what: &str) -> Result<MotionAxes, ProblemError> {
         let word = self.string(value, what)?;
-        let known = AXES.iter().find(|(name, _)| *name == word).map(|(_, axes)| *axes);
-        known.ok_or_else(|| {
+        MotionAxes::of_word(word).ok_or_else(|| {
             let allowed =
                 "\"inertial\", \"fixed\" (to the body) or \"site\" (to the east, to the north, upwards)";
             self.refused(&value.span(), what, format!("\"{word}\""), allowed)

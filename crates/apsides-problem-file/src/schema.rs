@@ -5,8 +5,9 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::model::MotionAxes;
 use crate::motion::VECTOR;
-use crate::motion_table::{AXES, KEYS, SITE};
+use crate::motion_table::{KEYS, SITE};
 
 /// The schemas of the keys at the top of a file, by their names.
 ///
@@ -62,8 +63,8 @@ fn of_motion(key: &str) -> Value {
             json!({"type": "string", "description": "a name of `apsides bodies`, or the path of such a file: Earth, Moon or Mars"})
         }
         "axes" => json!({
-            "enum": AXES.map(|(word, _)| word),
-            "default": AXES[0].0,
+            "enum": MotionAxes::WORDS.map(|(word, _)| word),
+            "default": MotionAxes::WORDS[0].0,
             "description": "axes of position, velocity and thrust: inertial, fixed to the body, or east, north and up from a site",
         }),
         "site" => {

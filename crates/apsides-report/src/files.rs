@@ -9,7 +9,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use apsides_ephemeris::Format;
+use apsides_ephemeris::{Ephemeris, EphemerisError, Epoch, Format};
 use apsides_pipeline::whole_file::{WholeFile, publish_together};
 use serde::Serialize;
 
@@ -84,6 +84,26 @@ pub(crate) fn replace_beside(
         return Err(e);
     }
     Ok(items.iter().filter(|(_, content)| content.is_some()).map(|(name, _)| dir.join(name)).collect())
+}
+
+/// The files of an ephemeris in these formats, which say that they were made at `created`.
+///
+/// # Errors
+/// [`EphemerisError`] where the flight does not have what a format needs.
+pub fn ephemeris_files(
+    table: &Ephemeris,
+    formats: &[Format],
+    created: &Epoch,
+) -> Result<Vec<Item>, EphemerisError> {
+    let mut formats = formats.to_vec();
+    formats.sort_unstable();
+    formats.dedup();
+    let mut items: Vec<Item> = Vec::new();
+    for format in formats {
+        let files = format.write(table, created)?;
+        items.extend(files.into_iter().map(|(name, content)| (name, Some(content))));
+    }
+    Ok(items)
 }
 
 /// Files of an ephemeris, and those of an earlier one that must not stay beside another flight.

@@ -1,7 +1,8 @@
 //! Figures of a flight about its body: to scale with the body, over ground, the last kilometre, and what an analyst draws over time.
 
 use apsides_ad::vector::{cross, dot, norm};
-use apsides_ephemeris::Ephemeris;
+use apsides_ephemeris::{Ephemeris, Sampling};
+use apsides_pipeline::{Curve, Outcome, Pipeline};
 
 use crate::axis_layout::FLAT;
 use crate::figure::{Axis, Figure, Series, Span};
@@ -17,7 +18,19 @@ pub struct Presentation {
     pub histories: Vec<Figure>,
 }
 
+/// Rows of the flight that figures are drawn from.
+const ROWS: u64 = 1200;
+
 impl Presentation {
+    /// All that the page of a solved mission shows beside its outcome: its own curves, and its flight about a body. A flight that has no rows,
+    /// such as one that did not converge, has its other figures.
+    #[must_use]
+    pub fn of_mission(title: impl Into<String>, mission: &Pipeline, outcome: &Outcome) -> Self {
+        let Outcome { decisions, ocp, trajectory, .. } = outcome;
+        let flight = mission.ephemeris(decisions, ocp, trajectory, Sampling::Points(ROWS)).ok();
+        Self::new(title, curve_figures(&outcome.curves), flight.as_ref())
+    }
+
     /// The mission's `own` figures, with those that follow from its `flight` about a body, where it has one.
     #[must_use]
     pub fn new(title: impl Into<String>, own: Vec<Figure>, flight: Option<&Ephemeris>) -> Self {
@@ -44,6 +57,18 @@ impl Presentation {
             histories: in_time.into_iter().chain(histories).collect(),
         }
     }
+}
+
+/// Curves of a mission as figures.
+#[must_use]
+pub fn curve_figures(curves: &[Curve]) -> Vec<Figure> {
+    let axis = |(name, unit): &(String, String)| Axis::new(name.clone(), unit.clone());
+    let drawn = |c: &Curve| {
+        let empty = Figure::new(c.title.clone(), axis(&c.x), axis(&c.y));
+        let line = |(name, points): &(String, Vec<[f64; 2]>)| Series::line(name.clone(), points.clone());
+        c.series.iter().map(line).fold(empty, Figure::with)
+    };
+    curves.iter().map(drawn).collect()
 }
 
 /// Lengths, and coordinates without a unit, with one scale where they spread alike; a map with one scale in its middle.

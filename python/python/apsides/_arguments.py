@@ -64,6 +64,13 @@ def word(value: Any, what: str, places: Places) -> Any:
     raise places.error(places.here(), f"{what} is of type {type(value).__name__}, allowed is a text")
 
 
+def required_word(value: Any, what: str, places: Places) -> str:
+    """A text."""
+    if value is None:
+        raise places.error(places.here(), f"{what} is None, allowed is a text")
+    return word(value, what, places)
+
+
 def numbers(values: Any, what: str, places: Places) -> list[float]:
     try:
         return [float(v) for v in np.asarray(values, dtype=float).ravel()]

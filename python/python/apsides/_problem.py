@@ -18,6 +18,9 @@ from ._solution import Solution
 
 _owners = itertools.count(1)
 
+# Parts of the site of a motion.
+_SITE = ("longitude", "latitude", "altitude")
+
 
 class Phase:
     """A part of a flight with its own states, controls and equations. Made by `Problem.phase`."""
@@ -338,6 +341,7 @@ class Problem:
         self._links: list[dict[str, Any]] = []
         self._boundary: list[dict[str, Any]] = []
         self._objective: dict[str, Any] | None = None
+        self._motion: dict[str, Any] | None = None
 
     def __repr__(self) -> str:
         return f"<problem `{self.name}`: phases {list(self._phases)}>"
@@ -491,6 +495,74 @@ class Problem:
             "unit": arguments.word(unit, "the unit of the objective", places), "at": at, "scale": arguments.scalar(scale, "the scale of the objective", places),
         }
 
+    def motion(
+        self,
+        body: str,
+        position: Any,
+        velocity: Any,
+        *,
+        thrust: Any = None,
+        mass: Any = None,
+        axes: str = "inertial",
+        site: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Says where the flight is about a body, so that solutions have an ephemeris, its files (`Solution.write`) and the figures of a flight.
+
+        ``position``, ``velocity`` and ``thrust`` are three formulas each, ``mass`` is one, all in SI, of states, controls, parameters and the time. With
+        several phases they are a dictionary with those of each, by the phase or its name, or a function ``f(t, x, u, p)`` that is traced in each phase
+        so far. ``body`` is a name of `apsides bodies` (Earth, Moon or Mars) or the path of such a file. ``axes`` are ``"inertial"`` at the centre of
+        the body, ``"fixed"`` to it with velocities relative to it, or ``"site"``: to the east, to the north and upwards from
+        ``site={"longitude": -19.5, "latitude": 44.1, "altitude": 0}``, in deg and m. The keys ``epoch`` and ``frame`` say when, and how inertial axes lie:
+        ``solve(epoch="2030-01-01T00:00:00 TDB", frame__inclination_deg=51.6)``.
+        """
+        places = self._places
+        at = places.here()
+        if not self._phases:
+            raise places.error(at, "a motion is of the quantities of phases: state the phases before")
+        body, axes = (arguments.required_word(v, f"`{name}` of the motion", places) for name, v in (("body", body), ("axes", axes)))
+        if (axes == "site") != (site is not None):
+            raise places.error(at, "axes=\"site\" goes with a site: site={\"longitude\": -19.5, \"latitude\": 44.1}")
+        stated_site = {key for key, value in site.items() if value is not None} if isinstance(site, Mapping) else set()
+        if site is not None and not {"longitude", "latitude"} <= stated_site <= set(_SITE):
+            raise places.error(at, "`site` is a dictionary with longitude and latitude in deg, and altitude in m where it is not zero")
+        stated = {"position": (position, 3), "velocity": (velocity, 3), "thrust": (thrust, 3), "mass": (mass, 1)}
+        for name in ("position", "velocity"):
+            if stated[name][0] is None:
+                raise places.error(at, f"the {name} is None, allowed are three formulas")
+        self._motion = {
+            "at": at,
+            "body": body,
+            "axes": axes,
+            "site": None if site is None else tuple(arguments.scalar(site.get(key), f"the {key} of the site", places) for key in _SITE),
+            **{name: self._motion_parts(name, value, size, at) for name, (value, size) in stated.items()},
+        }
+
+    def _motion_parts(self, what: str, value: Any, size: int, at: int) -> list[tuple[str, int, list[Any]]]:
+        """Formulas of each phase: its name, the place, the components."""
+        places = self._places
+        if value is None:
+            return []
+        if not isinstance(value, Mapping):
+            value = {phase: phase._call(value) if callable(value) else value for phase in self._phases.values()}
+        parts = []
+        for phase, formulas in value.items():
+            name = phase.name if isinstance(phase, Phase) else phase
+            if name not in self._phases:
+                raise places.error(at, f"the {what} is stated for `{name}`; there are the phases {', '.join(self._phases)}")
+            flat = list(np.asarray(formulas, dtype=object).ravel()) if not isinstance(formulas, Symbol) else [formulas]
+            if len(flat) != size or any(f is None for f in flat):
+                allowed = "one formula" if size == 1 else f"{size} formulas"
+                raise places.error(at, f"the {what} has {len(flat)} components in phase `{name}`, allowed is {allowed}")
+            parts.append((name, at, [arguments.scalar(f, f"the {what}", places) for f in flat]))
+        return parts
+
+    def _stated_motion(self) -> dict[str, Any] | None:
+        """The motion; the formulas of an only phase are those of all."""
+        if self._motion is None or len(self._phases) > 1:
+            return self._motion
+        parts = {key: [(None, *part[1:]) for part in self._motion[key]] for key in ("position", "velocity", "thrust", "mass")}
+        return {**self._motion, **parts}
+
     def mission(self) -> Mission:
         """The problem as a `Mission`: its constants are keys, and it has the same methods.
 
@@ -507,6 +579,7 @@ class Problem:
             "boundary": self._boundary,
             "objective": self._objective,
             "guess": [phase._guess for phase in self._phases.values() if phase._guess is not None],
+            "motion": self._stated_motion(),
             "places": self._places.places,
         }))
 

@@ -6,13 +6,14 @@ import html
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
+from ._functions import count, is_number
 
 if TYPE_CHECKING:
     import pandas
@@ -112,6 +113,21 @@ class PhaseSolution:
 def _name(name: Any) -> str:
     own = getattr(name, "name", None)
     return own if isinstance(own, str) else name
+
+
+def _text(value: Any, what: str) -> str:
+    if not isinstance(value, str):
+        raise _native.SettingError(f"{what} is of type {type(value).__name__}, allowed is a text")
+    return value
+
+
+def _rows(step: float | str | None, points: int | None) -> tuple[str | None, int | None]:
+    """The spacing of rows as the native part takes it."""
+    if step is not None and not isinstance(step, str):
+        if not is_number(step):
+            raise _native.SettingError(f"`step` is of type {type(step).__name__}, allowed is a number of s, or a text such as \"10s\"")
+        step = repr(float(step))
+    return step, None if points is None else count(points, "points", 2)
 
 
 def _column(columns: Any, name: str, phase: str) -> np.ndarray:
@@ -256,6 +272,33 @@ class Solution(Mapping[str, np.ndarray]):
     def report(self, directory: str | os.PathLike[str]) -> list[str]:
         """Writes ``report.html``, ``trajectory.csv``, ``summary.json`` and others into a directory, and returns their paths."""
         return self._native.report(os.fspath(directory))
+
+    def ephemeris(self, *, step: float | str | None = None, points: int | None = None) -> dict[str, np.ndarray]:
+        """The flight in rows at equal steps (``step="10s"``, a number in s), or so many from start to end, from its own polynomials.
+
+        An array for each column: ``phase``, the instant (``epoch_tdb``), ``time_s``; position and velocity in inertial and body-fixed axes, altitude,
+        speeds, path angles, mass, thrust and more where the flight is about a body; then what the mission has of its own. Headers end with the unit.
+        """
+        texts, columns = self._native.ephemeris(*_rows(step, points))
+        return {**{name: np.array(values) for name, values in texts}, **dict(columns)}
+
+    def write(
+        self,
+        directory: str | os.PathLike[str],
+        formats: str | Iterable[str] = "csv",
+        *,
+        step: float | str | None = None,
+        points: int | None = None,
+    ) -> list[str]:
+        """Writes `ephemeris` into a directory and returns the paths: ``solution.write("results", "oem,opm,czml", step="10s")``.
+
+        ``formats`` are of csv, json, npz, oem, opm, aem, czml, a list or one text with commas. The last four need a place about a body, which missions
+        have, and problems that state it by `Problem.motion`.
+        """
+        if isinstance(formats, str):
+            formats = formats.split(",")
+        words = [_text(word, "a format") for word in formats]
+        return self._native.write(os.fspath(directory), words, *_rows(step, points))
 
     def to_dict(self) -> dict[str, Any]:
         """Summary and arrays as plain lists and numbers, which ``json`` takes."""
