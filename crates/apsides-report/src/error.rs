@@ -21,12 +21,12 @@ pub enum ReportError {
         /// The system's reason.
         source: io::Error,
     },
-    /// The result directory is a file, or a result file would replace a directory of its name.
+    /// The result directory is a file, or a result file would replace a directory of its name or another file of the same result.
     #[error("`{}` {problem}", path.display())]
     Directory {
         /// The path of the directory or of the result file.
         path: PathBuf,
-        /// The kind of file it is, and the one that is needed.
+        /// The defect, and what is needed.
         problem: &'static str,
     },
     /// Text that is not the JSON expected, or values without a JSON form.

@@ -48,7 +48,7 @@ pub(crate) fn failed(action: &'static str, path: &Path) -> impl FnOnce(io::Error
 /// missing.
 ///
 /// # Errors
-/// [`ReportError`] with the path and the reason. The earlier content of the directory is then as it was.
+/// [`ReportError`] with the path and the reason; two files of one name. The earlier content of the directory is then as it was.
 pub fn replace(dir: &Path, items: &[Item]) -> Result<Vec<PathBuf>, ReportError> {
     replace_beside(dir, Vec::new(), items)
 }
@@ -66,6 +66,12 @@ pub(crate) fn replace_beside(
     if let Some(path) = items.iter().map(|(name, _)| dir.join(name)).find(|path| path.is_dir()) {
         let problem = "is a directory: a result file of that name cannot be written";
         return Err(ReportError::Directory { path, problem });
+    }
+    let mut names: Vec<&str> = items.iter().map(|(name, _)| *name).collect();
+    names.sort_unstable();
+    if let Some([name, _]) = names.windows(2).find(|pair| matches!(pair, [name, next] if name == next)) {
+        let problem = "would be written twice by one result: its figures and tables need names of their own";
+        return Err(ReportError::Directory { path: dir.join(name), problem });
     }
     let missing: Vec<&Path> =
         dir.ancestors().take_while(|d| !d.as_os_str().is_empty() && !d.exists()).collect();

@@ -57,6 +57,20 @@ fn a_failure_leaves_the_earlier_result() {
 }
 
 #[test]
+fn two_files_of_one_name_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    replace(dir.path(), &items("first")).unwrap();
+    let before = content(dir.path());
+    for second in [Some(b"another figure".to_vec()), None] {
+        let mut bad = items("second");
+        bad.push((REPORT, second));
+        let error = replace(dir.path(), &bad).unwrap_err().to_string();
+        assert!(error.contains("report.html would be written twice"), "{error}");
+        assert_eq!(content(dir.path()), before);
+    }
+}
+
+#[test]
 fn a_failed_rename_is_undone() {
     let dir = tempfile::tempdir().unwrap();
     replace(dir.path(), &items("first")).unwrap();
