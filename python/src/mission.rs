@@ -95,7 +95,7 @@ impl Mission {
                 (Some(Value::Flag(v)), _) => found.set_item("value", *v)?,
                 _ => found.set_item("value", py.None())?,
             }
-            found.set_item("unit", k.unit())?;
+            found.set_item("unit", &*k.unit())?;
             found.set_item("meaning", &*k.meaning)?;
             found.set_item("allowed", k.allowed())?;
             Ok(found)

@@ -1,7 +1,7 @@
 //! Figures: the page of a mission, prices of a sweep.
 
-use apsides::pipeline::key::{name_of, unit_of};
 use apsides::pipeline::sweep::{Axis as Swept, Case};
+use apsides::pipeline::unit_ending::in_words;
 use apsides::{ObjectiveValue, Outcome, Pipeline, Price};
 use apsides_report::{Axis, Figure, Presentation, Series};
 
@@ -70,8 +70,8 @@ impl PriceCurves {
     /// The objective with strokes as steep as the prices, and the prices.
     pub(crate) fn figures(&self) -> Vec<Figure> {
         let (Some((_, key)), Some(objective)) = (&self.swept, &self.objective) else { return Vec::new() };
-        let (name, unit) = (name_of(key).replace('_', " "), unit_of(key));
-        let x = || Axis::new(name.clone(), unit);
+        let (name, unit) = in_words(key);
+        let x = || Axis::new(name.clone(), unit.clone());
         let what = objective.name.replace('_', " ");
         let mut values =
             Figure::new(format!("{what} over {name}"), x(), Axis::new(what.clone(), objective.unit.clone()));

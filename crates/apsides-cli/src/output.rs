@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::sync::OnceLock;
 
-use apsides::pipeline::key::{name_of, unit_of};
+use apsides::pipeline::unit_ending::{name_of, unit_of};
 use apsides::{Outcome, Price, SearchSummary};
 use apsides_report::{Answer, answers, headline_beside_objective};
 use apsides_verify::{Certificate, Check, Verdict};

@@ -1,6 +1,6 @@
 //! Published tables computed again: each part on stdout as it is done.
 
-use apsides::pipeline::key::quantity_label;
+use apsides::pipeline::unit_ending::quantity_label;
 use apsides_publications::{
     COMPARISON_HEADS, Comparison, Part, Reproduction, Row, Sheet, SheetRow, Table, comparison_columns,
     foreseen_memory, items_markdown, list, miss_sentence, parts as count, reproduce as compute, sheet_text,

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use apsides::Summary;
 use apsides::pipeline::digest::sha256;
-use apsides::pipeline::key::{name_of, unit_of};
 use apsides::pipeline::shard::{BESIDE, Shard, ShardState};
+use apsides::pipeline::unit_ending::{name_of, unit_of};
 use apsides::pipeline::whole_file::{WholeFile, publish_together};
 
 use apsides_report::{Axis, Figure, Page, Series};

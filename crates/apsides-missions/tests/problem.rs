@@ -16,7 +16,7 @@ fn constants_are_keys_with_units() {
     let mission = load(&["constants.thrust=50"]).unwrap();
     assert_eq!((mission.name(), mission.is_simulated()), ("soft-landing", false));
     let thrust = mission.keys().find(|k| k.path == "constants.thrust").unwrap();
-    assert_eq!((thrust.unit(), thrust.default()), ("kN", Some(Value::Number(45.0))));
+    assert_eq!((&*thrust.unit(), thrust.default()), ("kN", Some(Value::Number(45.0))));
     assert_eq!(mission.values().number("constants.thrust").unwrap(), 50.0);
     let ocp = &mission.mission_as::<OwnProblem>().unwrap().posed().ocp;
     assert_eq!(ocp.phases[0].states[0].variable.bounds.upper, 5000.0);

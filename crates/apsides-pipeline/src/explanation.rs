@@ -7,7 +7,8 @@ use apsides_nlp::Side;
 use apsides_radau::{Conflict, Explanation, Remedy, Requirement, RequirementKind};
 use serde::{Deserialize, Serialize};
 
-use crate::key::{Key, Value, name_of};
+use crate::key::{Key, Value};
+use crate::unit_ending::name_of;
 use crate::values::Values;
 
 /// The requirements of a mission that conflict, and the relaxations that help; all numbers in the unit beside them.
@@ -182,7 +183,7 @@ fn worded<'a>(r: &Requirement, values: &'a Values, datum: Option<f64>) -> (Requi
     };
     let states = |key: &'a Key| {
         let Some(Value::Number(value)) = values.get(&key.path) else { return None };
-        let size = size(key.unit())?;
+        let size = size(&key.unit())?;
         let same = *value != 0.0 && (value * size - (r.limit - origin)).abs() <= ROUNDING * r.limit.abs();
         (same && shared(key) > 0).then_some((key, size))
     };
@@ -191,12 +192,12 @@ fn worded<'a>(r: &Requirement, values: &'a Values, datum: Option<f64>) -> (Requi
     let stated = found.reduce(|best, next| if shared(next.0) > shared(best.0) { next } else { best });
     let (unit, size) = match (stated, &*r.unit) {
         (Some((key, size)), _) => (key.unit(), size),
-        (None, "rad") => ("deg", PI / 180.0),
-        (None, "rad/s") => ("deg/s", PI / 180.0),
-        (None, "m") if name == ALTITUDE => ("km", 1e3),
-        (None, unit) => (unit, 1.0),
+        (None, "rad") => ("deg".into(), PI / 180.0),
+        (None, "rad/s") => ("deg/s".into(), PI / 180.0),
+        (None, "m") if name == ALTITUDE => ("km".into(), 1e3),
+        (None, unit) => (unit.into(), 1.0),
     };
-    let unit = Unit { name: unit.into(), origin, size };
+    let unit = Unit { name: unit.into_owned(), origin, size };
     let requirement = Requirement {
         name,
         limit: stated.and_then(|(key, _)| values.number(&key.path).ok()).unwrap_or_else(|| unit.of(r.limit)),

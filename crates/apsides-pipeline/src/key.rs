@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 use apsides_expressions::suggestion::{distance, is_slip, nearest, quoted};
 
 use crate::Error;
+use crate::unit_ending::{name_of, unit_of};
 
 /// Ends of an interval of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -137,8 +138,8 @@ impl Key {
 
     /// The unit, which the path ends with unless the key states it; empty without one.
     #[must_use]
-    pub fn unit(&self) -> &str {
-        self.unit.as_deref().unwrap_or_else(|| unit_of(&self.path))
+    pub fn unit(&self) -> Cow<'_, str> {
+        self.unit.as_deref().map_or_else(|| unit_of(&self.path), Cow::Borrowed)
     }
 
     /// A number.
@@ -419,77 +420,4 @@ fn words(path: &str) -> Vec<&str> {
 fn is_like(a: &str, b: &str) -> bool {
     let ending = |long: &str, short: &str| long.strip_prefix(short).is_some_and(|end| end.len() <= 2);
     ending(a, b) || ending(b, a) || (a.len() > 4 && is_slip(a, b))
-}
-
-/// Ends of keys and the units they stand for, longer ones first.
-const UNITS: &[(&str, &str)] = &[
-    ("_km3_s2", "km3/s2"),
-    ("_j_kg_k", "J/(kg K)"),
-    ("_rad_s", "rad/s"),
-    ("_kg_m3", "kg/m3"),
-    ("_mj_m2", "MJ/m2"),
-    ("_kw_m2", "kW/m2"),
-    ("_m_s2", "m/s2"),
-    ("_deg_s2", "deg/s2"),
-    ("_deg_s", "deg/s"),
-    ("_kg_s", "kg/s"),
-    ("_km_s", "km/s"),
-    ("_m_s", "m/s"),
-    ("_deg", "deg"),
-    ("_kg", "kg"),
-    ("_hz", "Hz"),
-    ("_cm", "cm"),
-    ("_km", "km"),
-    ("_kn", "kN"),
-    ("_kpa", "kPa"),
-    ("_m2", "m2"),
-    ("_pa", "Pa"),
-    ("_w", "W"),
-    ("_k", "K"),
-    ("_m", "m"),
-    ("_n", "N"),
-    ("_s", "s"),
-    ("_h", "h"),
-];
-
-/// The unit that ends the path of a key or result: `N` of `thrust_n`; empty without one.
-#[must_use]
-pub fn unit_of(path: &str) -> &'static str {
-    UNITS.iter().find(|(end, _)| path.ends_with(end)).map_or("", |(_, unit)| unit)
-}
-
-/// The path of a key or result without its unit: `thrust` of `thrust_n`.
-#[must_use]
-pub fn name_of(path: &str) -> &str {
-    UNITS.iter().find_map(|(end, _)| path.strip_suffix(end)).unwrap_or(path)
-}
-
-/// Name of a quantity with its unit, if it has one: `flight time (s)`.
-#[must_use]
-pub fn quantity_label(key: &str) -> String {
-    let name = name_of(key).replace('_', " ");
-    match unit_of(key) {
-        "" => name,
-        unit => format!("{name} ({unit})"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{name_of, unit_of};
-
-    #[test]
-    fn units_end_keys() {
-        let keys = [
-            ("thrust_n", "thrust", "N"),
-            ("gravitational_parameter_km3_s2", "gravitational_parameter", "km3/s2"),
-            ("touchdown_radial_velocity_m_s", "touchdown_radial_velocity", "m/s"),
-            ("standard_gravity_m_s2", "standard_gravity", "m/s2"),
-            ("flight_time_s", "flight_time", "s"),
-            ("eccentricity", "eccentricity", ""),
-        ];
-        for (key, name, unit) in keys {
-            assert_eq!((name_of(key), unit_of(key)), (name, unit));
-        }
-    }
 }

@@ -9,7 +9,7 @@
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | [`key`], [`values`] | keys of mission files; their values, each with its place |
+//! | [`key`], [`unit_ending`], [`values`] | keys of mission files; the units that end their names; their values, each with its place |
 //! | [`file`](mod@file), [`registry`] | reading mission files |
 //! | [`named_data`] | bodies, vehicles and sites as data |
 //! | [`schema`] | the JSON Schema of mission files |
@@ -78,6 +78,7 @@ pub mod shard;
 pub mod simulation;
 pub mod site;
 pub mod sweep;
+pub mod unit_ending;
 pub mod values;
 pub mod whole_file;
 

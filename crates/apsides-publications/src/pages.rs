@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use apsides_pipeline::key::{name_of, quantity_label, unit_of};
+use apsides_pipeline::unit_ending::{name_of, quantity_label, unit_of};
 use apsides_report::{Axis, Figure, Item, ReportError, Series, replace, stacked_svg, table_error};
 
 use crate::sheet_text::{self as sheet, sheet_markdown};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use apsides_pipeline::key::quantity_label;
+use apsides_pipeline::unit_ending::quantity_label;
 use apsides_report::{Axis, Figure, Series};
 
 use crate::sheet::{Graph, Sheet};

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use apsides_ocp::Trajectory;
+use apsides_pipeline::unit_ending::in_words;
 use apsides_pipeline::{Outcome, Summary};
 use apsides_verify::Verdict;
 
@@ -18,7 +19,7 @@ use crate::markup::escape;
 use crate::number::readable;
 use crate::site_files::site_pictures;
 use crate::standard_figures::StandardFigures;
-use crate::units::{display_unit, pretty, split_key};
+use crate::units::{display_unit, pretty};
 
 /// Significant digits of results.
 const DIGITS: usize = 7;
@@ -117,7 +118,7 @@ fn header(page: &mut String, outcome: &Outcome, title: &str) {
     let name = escape(&summary.objective.name.replace('_', " "));
     let mut facts = vec![(name, "", escape(&objective(summary)))];
     for (key, value) in headline(outcome) {
-        let (name, unit) = split_key(key);
+        let (name, unit) = in_words(key);
         let value = format!("{} {}", readable(value, FACT_DIGITS), escape(&pretty(&unit)));
         facts.push((escape(&name), "", value.trim_end().to_owned()));
     }
@@ -150,7 +151,7 @@ fn objective(summary: &Summary) -> String {
 pub fn headline_beside_objective(outcome: &Outcome) -> impl Iterator<Item = &str> {
     let objective = outcome.summary.objective.name.replace('_', " ");
     let is_objective = move |key: &str| {
-        is_named_after_objective(key, &outcome.summary.objective.name) || split_key(key).0 == objective
+        is_named_after_objective(key, &outcome.summary.objective.name) || in_words(key).0 == objective
     };
     outcome.headline.iter().map(String::as_str).filter(move |key| !is_objective(key))
 }
@@ -174,7 +175,7 @@ fn sentence(outcome: &Outcome, title: &str) -> String {
     let subject = if title.is_empty() { &summary.mission } else { title.trim_end_matches('.') };
     let mut costs = vec![format!("{} {}", summary.objective.name.replace('_', " "), objective(summary))];
     costs.extend(headline(outcome).into_iter().map(|(key, value)| {
-        let (name, unit) = split_key(key);
+        let (name, unit) = in_words(key);
         format!("{name} {} {}", readable(value, FACT_DIGITS), pretty(&unit)).trim_end().to_owned()
     }));
     let method = if summary.solved_by.is_empty() { &summary.method } else { &summary.solved_by };
@@ -251,7 +252,7 @@ pub(crate) fn results(page: &mut String, results: &BTreeMap<String, f64>) {
              <th>Unit</th></tr></thead>\n<tbody>\n",
         );
         for (key, value) in rows {
-            let (name, unit) = split_key(key);
+            let (name, unit) = in_words(key);
             let _ = writeln!(
                 page,
                 "<tr title=\"{} = {value:?}\"><td>{}</td><td class=\"number\">{}</td><td>{}</td></tr>",

@@ -1,7 +1,7 @@
 //! Figures of samples: ends over ground, or the distribution of results.
 
-use apsides_pipeline::key::{name_of, unit_of};
 use apsides_pipeline::montecarlo::{Ellipse, Sample, Statistics};
+use apsides_pipeline::unit_ending::{name_of, unit_of};
 use serde::{Deserialize, Serialize};
 
 use crate::{Axis, Figure, Series};

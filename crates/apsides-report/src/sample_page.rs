@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 
 use apsides_pipeline::montecarlo::{Extreme, Spread, Statistics};
 use apsides_pipeline::shard::Shard;
+use apsides_pipeline::unit_ending::in_words;
 
 use crate::Figure;
 use crate::html;
 use crate::markup::escape;
 use crate::number::readable;
-use crate::units::{pretty, split_key};
+use crate::units::pretty;
 
 /// Significant digits of a number.
 const DIGITS: usize = 4;
@@ -74,7 +75,7 @@ fn table(page: &mut String, spreads: &[Spread]) {
         None => "-".into(),
     };
     for s in spreads {
-        let (name, unit) = split_key(&s.name);
+        let (name, unit) = in_words(&s.name);
         let _ = write!(page, "<tr><td>{}</td><td>{}</td>", escape(&name), escape(&pretty(&unit)));
         let linear = s.linear_sigma.map_or_else(|| "-".into(), |v| readable(v, DIGITS));
         let [low, middle, high] = s.percentiles.map(|v| readable(v, DIGITS));

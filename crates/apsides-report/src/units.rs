@@ -112,60 +112,6 @@ pub(crate) fn superscript(c: char) -> char {
     }
 }
 
-/// Splits a key such as `touchdown_speed_m_s` or `touchdown_speed_m_per_s` into `touchdown speed` and `m/s`; unknown endings
-/// stay in the name, which has at least so many tokens.
-fn split_tokens<'a>(tokens: &'a [&'a str], least: usize) -> Option<(&'a [&'a str], String)> {
-    let (last, name) = tokens.split_last()?;
-    let unit = symbol(last)?;
-    let (before, per) = match name.split_last() {
-        Some((&"per", before)) => (before, true),
-        _ => (name, false),
-    };
-    match before.split_last().and_then(|(top, rest)| Some((rest, symbol(top)?))) {
-        Some((rest, top)) if rest.len() >= least => Some((rest, format!("{top}/{unit}"))),
-        // `.._per_s` of something that is no unit: the whole is a name.
-        _ if per || name.len() < least => None,
-        _ => Some((name, unit)),
-    }
-}
-
-/// Name and unit of a key of the results.
-pub(crate) fn split_key(key: &str) -> (String, String) {
-    let tokens: Vec<&str> = key.split('_').collect();
-    // What has a value at an end is named there, be it as short as a unit: `final_m_t`.
-    let end = tokens.iter().position(|token| ["final", "initial"].contains(token));
-    match split_tokens(&tokens, end.map_or(1, |k| k + 2)) {
-        Some((name, unit)) => (name.join(" "), unit),
-        None => (key.replace('_', " "), String::new()),
-    }
-}
-
-/// The symbol of a unit as it ends a key, with an optional exponent.
-fn symbol(token: &str) -> Option<String> {
-    let base = token.trim_end_matches(['2', '3']);
-    let known = match base {
-        "s" | "ms" | "min" | "h" | "d" | "m" | "mm" | "cm" | "km" | "kg" | "g" | "t" | "rad" | "deg"
-        | "mrad" | "mol" | "bar" => base,
-        "days" | "day" => "d",
-        "n" | "N" => "N",
-        "kn" | "kN" => "kN",
-        "mn" | "mN" => "mN",
-        "w" | "W" => "W",
-        "kw" | "kW" => "kW",
-        "pa" | "Pa" => "Pa",
-        "kpa" | "kPa" => "kPa",
-        "j" | "J" => "J",
-        "mj" | "MJ" => "MJ",
-        "k" | "K" => "K",
-        "nm" | "Nm" => "N m",
-        "hz" | "Hz" => "Hz",
-        "au" => "au",
-        "percent" => "%",
-        _ => return None,
-    };
-    Some(format!("{known}{}", &token[base.len()..]))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -197,28 +143,5 @@ mod tests {
         assert_eq!(display_unit("-", 1e9).name, "");
         assert_eq!(pretty("m/s^2"), "m/s²");
         assert_eq!(pretty("s^-1"), "s⁻¹");
-    }
-
-    #[test]
-    fn keys_end_in_units() {
-        let split = |key| {
-            let (name, unit) = split_key(key);
-            format!("{name}|{unit}")
-        };
-        assert_eq!(split("flight_time_s"), "flight time|s");
-        assert_eq!(split("gate_radial_velocity_m_s"), "gate radial velocity|m/s");
-        assert_eq!(split("gravitational_parameter_km3_s2"), "gravitational parameter|km3/s2");
-        assert_eq!(split("touchdown_speed_m_per_s"), "touchdown speed|m/s");
-        assert_eq!(split("peak_load_m_per_s2"), "peak load|m/s2");
-        assert_eq!(split("heat_flux_w_per_m2"), "heat flux|W/m2");
-        assert_eq!(split("thrust_n"), "thrust|N");
-        assert_eq!(split("final_m_t"), "final m|t");
-        assert_eq!(split("first_final_r_km"), "first final r|km");
-        assert_eq!(split("final_v_m_s"), "final v|m/s");
-        assert_eq!(split("initial_h"), "initial h|");
-        assert_eq!(split("eccentricity"), "eccentricity|");
-        assert_eq!(split("burns"), "burns|");
-        assert_eq!(split("s"), "s|");
-        assert_eq!(split("revolutions_per_day"), "revolutions per day|");
     }
 }

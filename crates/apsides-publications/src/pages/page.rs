@@ -1,6 +1,6 @@
 //! `reproduction.html`: everything on one page.
 
-use apsides_pipeline::key::quantity_label;
+use apsides_pipeline::unit_ending::quantity_label;
 use apsides_report::Page;
 
 use super::{COMPARISON_HEADS, comparison_columns, figure, findings, miss_sentence};
