@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::arguments::{CheckArguments, NewKind};
 use crate::exit::{Exit, Refusal, refusal, unwritten};
 use crate::output::{print, print_json, print_words, titles};
-use crate::sentence::wrapped;
+use crate::sentence::{with_fitting_comments, wrapped};
 use crate::speech::{good, is_json, title};
 
 /// Keys that are shown of a mission without `--all`.
@@ -175,7 +175,7 @@ pub(crate) fn check(a: &CheckArguments) -> Result<Exit, Refusal> {
         print(&wrapped(&indent, &words).replacen(&indent, &head, 1));
     }
     if a.all {
-        print(&format!("\n{}", mission.to_file()));
+        print(&format!("\n{}", with_fitting_comments(&mission.to_file())));
     } else {
         print("every value written out: --all\n");
     }

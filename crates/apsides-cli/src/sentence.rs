@@ -43,6 +43,43 @@ pub(crate) fn wrapped(indent: &str, text: &str) -> String {
     if line.is_empty() { lines } else { lines + &format!("{indent}{line}\n") }
 }
 
+/// The text of a TOML file whose comments fit a terminal: those of long lines stand above what they belong to. The values stay as they are.
+pub(crate) fn with_fitting_comments(file: &str) -> String {
+    // A comment within texts of several lines is none.
+    if file.contains("\"\"\"") || file.contains("'''") {
+        return file.to_owned();
+    }
+    let line = |line: &str| {
+        let (value, comment) = line.split_at(comment_of(line).unwrap_or(line.len()));
+        if line.trim_end().chars().count() <= WIDTH || comment.is_empty() {
+            return line.to_owned();
+        }
+        let value = value.trim_end();
+        let end = if value.is_empty() { String::new() } else { format!("{value}\n") };
+        wrapped("# ", comment.trim_start_matches('#')) + &end
+    };
+    file.split_inclusive('\n').map(line).collect()
+}
+
+/// The byte at which the comment of a line begins, outside of texts.
+fn comment_of(line: &str) -> Option<usize> {
+    let (mut quote, mut escaped) = (None, false);
+    line.char_indices().find_map(|(at, c)| {
+        match (quote, c) {
+            (None, '#') => return Some(at),
+            (None, '"' | '\'') => quote = Some(c),
+            (Some('"'), '\\') if !escaped => {
+                escaped = true;
+                return None;
+            }
+            (Some(begun), _) if begun == c && !escaped => quote = None,
+            _ => {}
+        }
+        escaped = false;
+        None
+    })
+}
+
 /// The text with its long lines broken where words end, further lines as far in as the second column of a list, or a little. Lines of
 /// more columns are those of a table, and stay.
 pub(crate) fn fitted(text: &str) -> String {
@@ -175,6 +212,24 @@ mod tests {
         assert_eq!(last.trim().len(), 90, "a word is not broken");
         assert_eq!(lines.split_whitespace().count(), 101);
         assert_eq!(wrapped("  ", " "), "");
+    }
+
+    #[test]
+    fn comments_of_long_lines_stand_above() {
+        let long = "word ".repeat(30);
+        let long = long.trim_end();
+        let file = format!(
+            "short = 1 # said\n[table]\ntext = \"a # \\\" # b\" # {long}\nliteral = '\\' # {long}\n# {long}\nlist = [\"{long}\"]\n"
+        );
+        let shown = with_fitting_comments(&file);
+        let read = |text: &str| text.parse::<toml::Table>().unwrap();
+        assert_eq!(read(&shown), read(&file));
+        let (kept, fits): (Vec<&str>, Vec<&str>) = shown.lines().partition(|l| l.chars().count() > WIDTH);
+        assert_eq!(kept, [format!("list = [\"{long}\"]")]);
+        assert!(fits.contains(&"short = 1 # said") && fits.contains(&"text = \"a # \\\" # b\""), "{shown}");
+        assert_eq!(shown.matches("word").count(), 120, "{shown}");
+        let several = format!("text = \"\"\"\n{long} # {long}\n\"\"\"\n");
+        assert_eq!(with_fitting_comments(&several), several);
     }
 
     #[test]

@@ -250,7 +250,10 @@ fn missions_and_check_print_what_there_is() {
         assert!(text.contains(words), "{words}: {text}");
     }
     assert!(!text.contains("radau.points"), "{text}");
-    assert!(stdout(&apsides(&["check", "lunar-direct", "--all"])).contains("thrust_n = 440.0"));
+    let file = stdout(&apsides(&["check", "lunar-direct", "--all"]));
+    assert!(file.contains("thrust_n = 440.0"), "{file}");
+    let longest = file.lines().max_by_key(|line| line.chars().count()).unwrap();
+    assert!(longest.chars().count() <= 80, "{longest}");
     for help in [
         vec!["--help"],
         vec!["solve", "--help"],

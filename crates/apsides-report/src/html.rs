@@ -291,9 +291,9 @@ fn work(page: &mut String, summary: &Summary) {
 fn phases(page: &mut String, outcome: &Outcome) {
     let Outcome { ocp, trajectory, .. } = outcome;
     page.push_str(
-        "<h2>Phases</h2>\n<div class=\"card\"><table>\n<thead><tr><th class=\"number\">No.</th><th>Phase</th>\
+        "<h2>Phases</h2>\n<div class=\"card\"><table>\n<thead><tr><th class=\"number wide\">No.</th><th>Phase</th>\
          <th class=\"number\">Start</th><th class=\"number\">End</th><th class=\"number\">Duration</th><th>Unit</th>\
-         <th class=\"number\">Intervals</th><th class=\"number\">Points</th>\
+         <th class=\"number wide\">Intervals</th><th class=\"number\">Points</th>\
          <th class=\"number\">Largest error</th></tr></thead>\n<tbody>\n",
     );
     for (k, (phase, t)) in ocp.phases.iter().zip(&trajectory.phases).enumerate() {
@@ -305,8 +305,8 @@ fn phases(page: &mut String, outcome: &Outcome) {
         };
         let _ = writeln!(
             page,
-            "<tr><td class=\"number\">{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
-             <td class=\"number\">{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
+            "<tr><td class=\"number wide\">{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
+             <td class=\"number\">{}</td><td>{}</td><td class=\"number wide\">{}</td><td class=\"number\">{}</td>\
              <td class=\"number\">{error}</td></tr>",
             k + 1,
             escape(&phase.name),
