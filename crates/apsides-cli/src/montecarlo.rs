@@ -463,10 +463,10 @@ fn guidance(a: &MonteCarloArguments) -> Result<Guidance, Refusal> {
             return Err("`--replan-at` and `--replan-every` need `--guidance replanned`".into());
         }
         GuidanceWord::LinearRadial => match a.feed_forward[..] {
-            [] => Guidance::LinearRadial,
+            [] => Guidance::LinearRadial(FeedForward::default()),
             [along, along_speed, across, across_speed] => {
                 let per_metre = |gain: f64| gain.to_radians() / 1e3;
-                Guidance::FeedForward(FeedForward {
+                Guidance::LinearRadial(FeedForward {
                     along: per_metre(along),
                     along_speed: along_speed.to_radians(),
                     across: per_metre(across),

@@ -95,10 +95,9 @@ pub enum Guidance {
     /// plan where the end is out of reach. Between two plans the thrust of the last one is flown, as in open loop.
     Replanned(Replanning),
     /// The thrust of the plan until it is full, then full thrust with a radial acceleration linear in time and its horizontal part along the
-    /// velocity to be gained: altitude and velocity are met, the range is not controlled.
-    LinearRadial,
-    /// The same with both angles corrected by the errors of the start, in range and across it.
-    FeedForward(
+    /// velocity to be gained: altitude and velocity are met, the range is not controlled. Both angles are corrected by the errors of the start,
+    /// in range and across it, unless all gains are zero.
+    LinearRadial(
         /// The gains.
         #[serde(serialize_with = "gains")]
         FeedForward,
@@ -116,7 +115,7 @@ impl Guidance {
     /// The angles that are added to those of the law of a flight with such deviations, as its navigation has them.
     #[must_use]
     pub fn corrections(&self, d: &Deviations) -> AngleCorrections {
-        let Self::FeedForward(law) = self else { return AngleCorrections::default() };
+        let Self::LinearRadial(law) = self else { return AngleCorrections::default() };
         let error = |off: &[f64; 3], seen: &[f64; 3]| [1, 2].map(|k| -(off[k] + seen[k]));
         law.corrections(
             error(&d.position_m, &d.navigation_position_m),

@@ -137,7 +137,7 @@ impl MonteCarlo {
                 return conflict("re-planning", reason);
             }
         }
-        if let Guidance::FeedForward(law) = &self.guidance {
+        if let Guidance::LinearRadial(law) = &self.guidance {
             let gains = [law.along, law.along_speed, law.across, law.across_speed];
             if let Some(gain) = gains.iter().find(|gain| !gain.is_finite()) {
                 return conflict("feed-forward", format!("{gain} is not a gain: finite numbers alone"));

@@ -129,9 +129,7 @@ impl PlannedBraking {
         match guidance {
             Guidance::OpenLoop => self.fly_open_loop(d),
             Guidance::Replanned(times) => self.fly_replanned(d, onboard, times),
-            Guidance::LinearRadial | Guidance::FeedForward(_) => {
-                self.fly_linear_radial(d, onboard, guidance.corrections(d))
-            }
+            Guidance::LinearRadial(_) => self.fly_linear_radial(d, onboard, guidance.corrections(d)),
             Guidance::Polynomial => self.fly_polynomial(d, onboard),
         }
     }

@@ -282,7 +282,7 @@ impl Dispersed for PlannedLanding {
         match guidance {
             Guidance::OpenLoop => self.fly_open_loop(deviations),
             Guidance::Replanned(times) => self.fly_replanned(deviations, onboard, times),
-            Guidance::LinearRadial | Guidance::FeedForward(_) => {
+            Guidance::LinearRadial(_) => {
                 self.fly_linear_radial(deviations, onboard, guidance.corrections(deviations))
             }
             // The thrust of a landing has one size: no acceleration linear in time.

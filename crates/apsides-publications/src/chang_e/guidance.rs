@@ -67,7 +67,7 @@ impl Steered<'_> {
     /// The gains for which the ends of flights depend least on the errors of their starts: least squares, by what a correction does.
     fn gains(&self, flights: usize) -> Result<FeedForward, Error> {
         let fly = |law| {
-            let run = self.fly(Guidance::FeedForward(law), start_errors(), flights, FITTED_SEED);
+            let run = self.fly(Guidance::LinearRadial(law), start_errors(), flights, FITTED_SEED);
             run.map(|(samples, _)| samples)
         };
         let mut law = FeedForward::default();
@@ -151,8 +151,8 @@ pub(super) fn sheet(
         COLUMNS,
     );
     let steerings = [
-        ("laws of 5.3.5", Guidance::LinearRadial, flights),
-        ("with feed-forward", Guidance::FeedForward(gains), flights),
+        ("laws of 5.3.5", Guidance::LinearRadial(FeedForward::default()), flights),
+        ("with feed-forward", Guidance::LinearRadial(gains), flights),
         ("E-guidance", Guidance::Polynomial, flights),
         ("planned anew at the start", Guidance::Replanned(Replanning::at_start()), planned_anew),
         (

@@ -1,5 +1,6 @@
 //! Figures 2 and 3, and what the conclusion asks for: the landings under noise, disturbances and uncertainty.
 
+use apsides_control::guidance::feed_forward::FeedForward;
 use apsides_ocp::{PhaseTrajectory, Trajectory};
 use apsides_pipeline::dispersion::{Deviations, Guidance, Onboard, Replanning};
 use apsides_pipeline::montecarlo::MonteCarlo;
@@ -132,7 +133,7 @@ pub(super) fn dispersion(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     );
     let steerings = [
         ("thrust of the plan", Guidance::OpenLoop, FLIGHTS),
-        ("linear radial acceleration", Guidance::LinearRadial, STEERED),
+        ("linear radial acceleration", Guidance::LinearRadial(FeedForward::default()), STEERED),
         (
             "planned anew",
             Guidance::Replanned(Replanning { at_s: vec![0.0], every_s: Some(PERIOD_S) }),

@@ -1,6 +1,7 @@
 //! Deviating landings: without deviations they are the plan; laws land where the thrust of the plan does not.
 #![allow(clippy::unwrap_used)]
 
+use apsides_control::guidance::feed_forward::FeedForward;
 use apsides_pipeline::dispersion::{Deviations, Dispersed, Guidance, Onboard, Replanning};
 
 use crate::registry;
@@ -50,14 +51,14 @@ fn laws_land_where_the_thrust_of_the_plan_does_not() {
     let fly = |guidance: &Guidance| flights.fly(&d, guidance, &onboard).unwrap();
     let open = fly(&Guidance::OpenLoop);
     assert!(open[0].abs() > 100.0, "{open:?}");
-    for guidance in [anew(), Guidance::LinearRadial] {
+    for guidance in [anew(), Guidance::LinearRadial(FeedForward::default())] {
         let end = fly(&guidance);
         // Height and all three speeds are those of the touchdown; the range is free.
         assert!(end[0].abs() < TOUCHDOWN, "{guidance:?}: {end:?}");
         assert!([end[3], end[4], end[5]].iter().all(|v| v.abs() < TOUCHDOWN), "{guidance:?}: {end:?}");
     }
     // An optimal flight takes less than the law.
-    assert!(fly(&anew())[7] > fly(&Guidance::LinearRadial)[7]);
+    assert!(fly(&anew())[7] > fly(&Guidance::LinearRadial(FeedForward::default()))[7]);
     // No acceleration of free size with thrust of one size; no flight without mass.
     assert!(flights.fly(&d, &Guidance::Polynomial, &onboard).is_none());
     let none = Deviations { mass_kg: -1000.0, ..Deviations::default() };
