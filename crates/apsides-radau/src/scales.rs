@@ -1,7 +1,7 @@
 //! Warnings where a scale is far from what the functions do at the start.
 
 pub use apsides_ocp::method::ScaleWarning;
-use apsides_ocp::{Ocp, RowOrigin};
+use apsides_ocp::{Bounds, Ocp, RowOrigin};
 use apsides_transcription::Changes;
 
 use crate::transcription::Transcription;
@@ -28,9 +28,17 @@ pub(crate) fn scale_warnings(nlp: &mut Transcription, ocp: &Ocp) -> Vec<ScaleWar
     let is_of_arcs = |r: &usize| nlp.layout.phases.iter().any(|p| p.arc_rows().contains(r));
     // The least duration of an arc is no bound that anyone stated.
     let own: Vec<bool> = (0..rows.len()).map(|r| is_of_arcs(&r)).collect();
+    // Nor is that of a phase.
+    let phases = || ocp.phases.iter().zip(&nlp.layout.phases);
+    let durations: Vec<(usize, Bounds)> =
+        phases().filter_map(|(phase, p)| Some((p.ends.duration_row?, phase.duration))).collect();
+    let stated_duration = |r: usize| durations.iter().find(|(row, _)| *row == r).map(|(_, stated)| stated);
     for (r, change) in rows.into_iter().enumerate().filter(|(r, _)| !own[*r]) {
         let scale = nlp.scales.constraints[r];
-        let bound = largest_bound(nlp.row_limits.lower[r], nlp.row_limits.upper[r]);
+        let bound = stated_duration(r).map_or_else(
+            || largest_bound(nlp.row_limits.lower[r], nlp.row_limits.upper[r]),
+            |stated| largest_bound(stated.lower, stated.upper),
+        );
         let off = |size: f64| size > 0.0 && (size / scale).max(scale / size) >= EXTREME;
         if !off(change) && !off(bound) {
             continue;

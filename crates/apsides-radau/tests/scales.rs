@@ -66,6 +66,39 @@ fn a_constraint_whose_stated_scale_is_far_off_is_named() {
     assert!(warning.to_string().contains("constraint `load`: scale 1.000e-8 m2/s4, but"), "{warning}");
 }
 
+/// A duration above zero is what every phase has: nobody stated the bound by which it is kept.
+#[test]
+fn the_least_duration_of_a_phase_is_no_bound_that_is_stated() {
+    let build = |shortest: f64| {
+        let phase = Phase::new("move", Cart)
+            .states([
+                State::new("x", "m").within(0.0, 1.0).starts_at(0.0).ends_at(1.0),
+                State::new("v", "m/s").within(-2.0, 2.0).starts_at(0.0).ends_at(0.0),
+            ])
+            .controls([Variable::new("a", "m/s2").within(-1.0, 1.0)])
+            .initial_time(Bounds::new(0.0, 1.0))
+            .final_time(Bounds::new(0.1, 10.0))
+            .duration(Bounds::at_least(shortest));
+        Ocp::builder("fast").phase(phase).minimize("time", "s", At::FinalTime("move")).build().unwrap()
+    };
+    let solved = |ocp: &Ocp| {
+        let ends = vec![vec![0.0, 0.0], vec![1.0, 0.0]];
+        let phase = PhaseGuess::samples(&[0.0, 5.05], ends, vec![vec![0.0]; 2]).unwrap();
+        let guess = Guess::from_phases(ocp, vec![phase]);
+        let method = Radau { settings: RadauSettings { max_refinements: 0, ..RadauSettings::default() } };
+        method.solve_on(ocp, &guess, Mesh::uniform(ocp, 10, 4).unwrap(), &mut ()).unwrap()
+    };
+    assert_eq!(subjects(&solved(&build(0.0))), [""; 0]);
+    // One that is stated is named.
+    let solution = solved(&build(1e-8));
+    assert_eq!(subjects(&solution), ["constraint `duration`"]);
+    let text = solution.warnings[0].to_string();
+    assert!(
+        text.contains("but its bound is 1.000e-8 s") && text.ends_with("state a scale or bounds that fit"),
+        "{text}"
+    );
+}
+
 #[test]
 fn a_constraint_far_outside_its_limits_is_named() {
     let load = Variable::new("load", "m2/s4").within(-1.0, 20.0);

@@ -51,7 +51,7 @@ impl Warning {
     }
 }
 
-/// A scale that does not fit what it scales.
+/// A scale that does not fit what it scales. [`crate::Variable::scaled_by`] and [`crate::OcpBuilder::objective_scale`] state others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScaleWarning {
     /// The thing that is scaled: a constraint, a variable or the objective.
@@ -85,7 +85,7 @@ impl fmt::Display for ScaleWarning {
         write!(
             f,
             "{subject}: scale {scale:.3e} {unit}, but {size_is} {size:.3e} {unit}: a factor of {:.1e}; state a scale \
-             (`Variable::scaled_by`, `objective_scale`) or bounds that fit",
+             or bounds that fit",
             self.factor()
         )
     }
