@@ -13,6 +13,9 @@ const SMALLEST: f64 = 1e-150;
 /// Spread below this part of the magnitude is what solutions leave, not data.
 pub(crate) const FLAT: f64 = 1e-6;
 
+/// Half of an axis in differences that are none.
+const STILL: f64 = 100.0;
+
 /// A tick: place on the axis from 0 to 1, and text.
 pub(crate) struct Tick {
     pub(crate) position: f64,
@@ -55,12 +58,15 @@ impl AxisLayout {
     }
 
     fn linear(axis: &Axis, low: f64, high: f64, padding: f64, ticks: usize) -> Self {
-        let unit = display_unit(&axis.unit, low.abs().max(high.abs()));
+        // What is left of zero is drawn on the axis of a zero.
+        let size = low.abs().max(high.abs());
+        let size = if size < SMALLEST.max(axis.resolution) { 0.0 } else { size };
+        let unit = display_unit(&axis.unit, size);
         let (mut low, mut high) = (low * unit.factor, high * unit.factor);
-        let magnitude = low.abs().max(high.abs());
-        let magnitude = if magnitude < SMALLEST { 0.0 } else { magnitude };
-        if high - low <= FLAT * magnitude || magnitude == 0.0 {
-            let half = if magnitude > 0.0 { 0.05 * magnitude } else { 1.0 };
+        let (magnitude, resolution) = (size * unit.factor, axis.resolution * unit.factor);
+        if high - low <= resolution.max(FLAT * magnitude) || magnitude == 0.0 {
+            let about = if magnitude > 0.0 { 0.05 * magnitude } else { 1.0 };
+            let half = about.max(STILL * resolution);
             let middle = 0.5 * (low + high);
             (low, high) = (middle - half, middle + half);
         } else {
@@ -201,6 +207,33 @@ mod tests {
         let angle = AxisLayout::new(&Axis::new("angle", "rad"), [-1.6, 1.6].into_iter(), 0.0, 5);
         assert_eq!(angle.title, "angle (deg)");
         assert_eq!(labels(&angle), ["\u{2212}90", "\u{2212}45", "0", "45", "90"]);
+    }
+
+    /// Rounding of an angle, and less than a solver promises of a place, are not drawn as motions; what is larger is.
+    #[test]
+    fn differences_below_the_resolution_are_none() {
+        let drawn = |axis: &Axis, values: [f64; 2]| {
+            let layout = AxisLayout::new(axis, values.into_iter(), 0.05, 5);
+            let [a, b] = values.map(|v| layout.position(v).expect("drawable"));
+            ((b - a).abs(), layout.title)
+        };
+        let angle = Axis::new("sideslip", "rad");
+        assert_eq!(drawn(&angle, [-3e-13, 4e-13]).1, "sideslip (deg)");
+        assert!(drawn(&angle, [-3e-13, 4e-13]).0 < 0.005 && drawn(&angle, [-3e-9, 4e-9]).0 > 0.9);
+        assert!(drawn(&Axis::new("rate", "deg/s"), [0.0, 1e-9]).0 < 0.005);
+        let place = || Axis::new("cross range", "m");
+        assert!(drawn(&place(), [0.0, 1e-4]).0 > 0.9);
+        let place = place().resolved_to(1e-3);
+        for (values, is_flat, title) in [
+            ([0.0, 1e-4], true, "cross range (m)"),
+            ([-9e-4, 0.0], true, "cross range (m)"),
+            ([1e4, 1e4 + 5e-4], true, "cross range (km)"),
+            ([0.0, 0.02], false, "cross range (mm)"),
+        ] {
+            let (height, found) = drawn(&place, values);
+            assert_eq!((height < 0.01, found.as_str()), (is_flat, title), "{values:?}: {height}");
+        }
+        assert_eq!(place.clone().resolved_to(f64::NAN).resolved_to(1e-9), place);
     }
 
     #[test]

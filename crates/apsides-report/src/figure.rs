@@ -27,13 +27,32 @@ pub struct Axis {
     pub scale: AxisScale,
     /// A value that the axis must reach, such as zero for a count.
     pub including: Option<f64>,
+    /// Differences below this are what solvers and arithmetic leave: a linear axis is not narrow enough to show them. Zero where everything counts.
+    pub resolution: f64,
 }
 
+/// Angles (rad) and their rates below this are the rounding of an attitude or of a direction.
+const ANGLE_ROUNDING: f64 = 1e-10;
+
 impl Axis {
-    /// A linear axis.
+    /// A linear axis. Angles and angular rates are resolved to their rounding, other quantities without limit.
     #[must_use]
     pub fn new(label: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { label: label.into(), unit: unit.into(), scale: AxisScale::Linear, including: None }
+        let (label, unit) = (label.into(), unit.into());
+        let resolution = match unit.split('/').next() {
+            Some("rad") => ANGLE_ROUNDING,
+            Some("deg") => ANGLE_ROUNDING.to_degrees(),
+            _ => 0.0,
+        };
+        Self { label, unit, scale: AxisScale::Linear, including: None, resolution }
+    }
+
+    /// The same axis, on which differences below `resolution`, in the unit of the data, are none.
+    #[must_use]
+    pub fn resolved_to(self, resolution: f64) -> Self {
+        let resolution =
+            if resolution.is_finite() { self.resolution.max(resolution) } else { self.resolution };
+        Self { resolution, ..self }
     }
 
     /// The same axis, logarithmic.

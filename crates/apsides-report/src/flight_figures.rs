@@ -390,6 +390,7 @@ fn histories(table: &Ephemeris) -> Vec<Figure> {
     // of the rotation both vanish.
     let is_low = is_near_ground(table);
     let figure = |(title, unit, curves): &(&str, &str, NamedColumns)| {
+        let axis = Axis::new(*title, *unit);
         let mut shown: Vec<(&str, &[f64])> = Vec::new();
         for (name, header) in *curves {
             let Some(values) = table.column(header).filter(|_| is_low || *name != OVER_GROUND) else {
@@ -398,11 +399,13 @@ fn histories(table: &Ephemeris) -> Vec<Figure> {
             let size = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             let [low, high] = ends(values.iter().copied());
             let differs = |other: &[f64]| values.iter().zip(other).any(|(a, b)| (a - b).abs() > SAME * size);
-            if high - low > FLAT * size && shown.iter().all(|(_, other)| differs(other)) {
+            if high - low > (FLAT * size).max(axis.resolution)
+                && shown.iter().all(|(_, other)| differs(other))
+            {
                 shown.push((name, values));
             }
         }
-        let mut figure = Figure::new(*title, Axis::new("time", "s"), Axis::new(*title, *unit));
+        let mut figure = Figure::new(*title, Axis::new("time", "s"), axis);
         figure.spans = spans(table);
         let is_alone = shown.len() == 1;
         for (k, (name, values)) in shown.into_iter().enumerate() {

@@ -3,6 +3,7 @@
 use apsides_ocp::{Bounds, Ocp, PhaseTrajectory, PiecewisePolynomial, Trajectory, Variable};
 
 use crate::ReportError;
+use crate::axis_layout::FLAT;
 use crate::figure::{Axis, Figure, Series, Span};
 use crate::number::readable;
 use crate::trajectory_csv::check_sizes;
@@ -44,11 +45,18 @@ impl StandardFigures {
                 |p| ocp.phases[p].states.iter().map(|s| (&s.variable, s.variable.unit.clone())).collect(),
                 |t| Some(&t.state),
                 Quantity { prefix: "", with_bounds: true },
+                // A re-simulation may miss the state by as much.
+                &|p, k| ocp.phases[p].states[k].tolerance.unwrap_or(0.0),
             ),
             controls: view.figures(
                 |p| ocp.phases[p].controls.iter().map(|v| (v, v.unit.clone())).collect(),
                 |t| Some(&t.control),
                 Quantity { prefix: "", with_bounds: true },
+                &|p, k| {
+                    let control = &ocp.phases[p].controls[k];
+                    let width = control.bounds.upper - control.bounds.lower;
+                    if control.guards == [false; 2] && width.is_finite() { FLAT * width } else { 0.0 }
+                },
             ),
             costates: view.figures(
                 |p| {
@@ -57,6 +65,7 @@ impl StandardFigures {
                 },
                 |t| t.costate.as_ref(),
                 Quantity { prefix: "costate of ", with_bounds: false },
+                &|_, _| 0.0,
             ),
             mesh: view.mesh(),
         })
@@ -91,12 +100,13 @@ impl View<'_> {
         figure
     }
 
-    /// One figure per distinct name and unit among the phases.
+    /// One figure per distinct name and unit among the phases; `resolution` has the differences that are none of a component of a phase.
     fn figures<'o>(
         &self,
         variables: impl Fn(usize) -> Vec<(&'o Variable, String)>,
         polynomial: impl Fn(&PhaseTrajectory) -> Option<&PiecewisePolynomial>,
         quantity: Quantity,
+        resolution: &dyn Fn(usize, usize) -> f64,
     ) -> Vec<Figure> {
         let mut keys: Vec<(String, String)> = Vec::new();
         let mut parts: Vec<Vec<Part>> = Vec::new();
@@ -114,6 +124,7 @@ impl View<'_> {
                 parts[slot].push(Part {
                     bounds: variable.bounds,
                     guards: variable.guards,
+                    resolution: resolution(index, component),
                     span: phase.initial_time..phase.final_time,
                     line: curves.line(component),
                     dots: if total <= MOST_DOTS { curves.dots(component) } else { Vec::new() },
@@ -122,7 +133,9 @@ impl View<'_> {
         }
         let draw = |((name, unit), parts): ((String, String), Vec<Part>)| {
             let name = format!("{}{name}", quantity.prefix);
-            let mut figure = self.axes(name.clone(), Axis::new(name, unit.clone()));
+            let resolution = parts.iter().map(|part| part.resolution).fold(0.0, f64::max);
+            let axis = Axis::new(name.clone(), unit.clone()).resolved_to(resolution);
+            let mut figure = self.axes(name, axis);
             // A quantity of some phases has their time alone.
             figure.spans.retain(|span| parts.iter().any(|part| part.span == span.range));
             let figure = if quantity.with_bounds { with_bounds(figure, &parts, &unit) } else { figure };
@@ -173,6 +186,8 @@ struct Part {
     bounds: Bounds,
     /// Ends of the bounds that no solution is meant to reach, which are not drawn.
     guards: [bool; 2],
+    /// Differences below this are none.
+    resolution: f64,
     span: std::ops::Range<f64>,
     line: Vec<[f64; 2]>,
     dots: Vec<[f64; 2]>,

@@ -123,9 +123,6 @@ struct Flight {
     held: bool,
 }
 
-/// Angles below this are the rounding of an attitude, and drawn as none: an axis that shows them looks like that of a capsule that tumbles.
-const ROUNDING_RAD: f64 = 1e-10;
-
 /// Values of a point by quantity.
 fn values(quantity: Quantity, point: &[f64; 8]) -> Vec<f64> {
     let [attack, sideslip, altitude, roll, pitch, yaw, first, second] = *point;
@@ -158,8 +155,7 @@ pub(super) fn sheet(threads: usize) -> Result<Sheet, Stop> {
         let descent = Descent::new(&drawn.case)?;
         let metrics = descent.fly(record)?;
         let points = record.samples().iter().step_by(EVERY).map(|s| {
-            let (altitude, angles) = descent.angles(&s.state);
-            let [attack, sideslip] = angles.map(|a| if a.abs() < ROUNDING_RAD { 0.0 } else { a });
+            let (altitude, [attack, sideslip]) = descent.angles(&s.state);
             let [roll, pitch, yaw] = [10, 11, 12].map(|k: usize| s.state.get(k).copied().unwrap_or(f64::NAN));
             (s.time, [attack, sideslip, altitude, roll, pitch, yaw, s.control[0], s.control[1]])
         });
