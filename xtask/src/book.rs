@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
+use crate::book_site;
 use crate::command::{cargo, run, succeeds};
 use crate::python::empty;
 use crate::readme::fenced_lines;
@@ -48,11 +49,12 @@ pub(crate) fn run_book(workspace: &Workspace) -> Result<(), String> {
     }
     println!("{count} commands of {} pages do what is said of them", pages.len());
     if !succeeds(Command::new("mdbook").arg("--version")) {
-        println!("the book itself was not built: mdbook is not installed (cargo install mdbook)");
+        println!(
+            "the book itself was not built: mdbook is not installed (`cargo install --locked mdbook` gets it)"
+        );
         return Ok(());
     }
-    let book = workspace.target.join("book");
-    run(Command::new("mdbook").arg("build").arg(workspace.root.join(FOLDER)).arg("--dest-dir").arg(book))
+    book_site::build(workspace, FOLDER)
 }
 
 /// Runs one command with the program that was built, and holds its status against the page.

@@ -27,6 +27,7 @@ use std::process::ExitCode;
 
 mod bench;
 mod book;
+mod book_site;
 mod campaign_report;
 mod ci;
 mod circles;

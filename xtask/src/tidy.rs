@@ -5,7 +5,7 @@ use crate::workspace::Workspace;
 
 mod docs;
 mod rust;
-mod text;
+pub(crate) mod text;
 mod tolerances;
 
 /// Directories of data that come with the missions, and where their files are listed.

@@ -50,12 +50,9 @@ pub(crate) fn machine_paths(path: &str, text: &str) -> Vec<Finding> {
 pub(crate) fn links(path: &str, text: &str, exists: impl Fn(&str) -> bool) -> Vec<Finding> {
     let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
     let mut findings = Vec::new();
-    let mut fenced = false;
+    let mut is_text = outside_fences();
     for (k, line) in text.lines().enumerate() {
-        if line.trim_start().starts_with("```") {
-            fenced = !fenced;
-        }
-        if fenced {
+        if !is_text(line) {
             continue;
         }
         for target in targets(line) {
@@ -69,8 +66,17 @@ pub(crate) fn links(path: &str, text: &str, exists: impl Fn(&str) -> bool) -> Ve
     findings
 }
 
+/// Says of one line after the other whether it is text, and not within a block of code.
+pub(crate) fn outside_fences() -> impl FnMut(&str) -> bool {
+    let mut fenced = false;
+    move |line| {
+        fenced ^= line.trim_start().starts_with("```");
+        !fenced
+    }
+}
+
 /// Targets of the links and images of a line: `[text](target)`, `[label]: target`, `src="target"`.
-fn targets(line: &str) -> Vec<&str> {
+pub(crate) fn targets(line: &str) -> Vec<&str> {
     let inline = line.split("](").skip(1).filter_map(|rest| {
         let inside = rest.split(')').next()?;
         inside.split_whitespace().next()
@@ -84,7 +90,7 @@ fn targets(line: &str) -> Vec<&str> {
 }
 
 /// A relative link as a path from the root; none when it leaves the root.
-fn resolve(folder: &str, link: &str) -> Option<String> {
+pub(crate) fn resolve(folder: &str, link: &str) -> Option<String> {
     let mut parts: Vec<&str> = folder.split('/').filter(|p| !p.is_empty()).collect();
     for part in link.split('/') {
         match part {
