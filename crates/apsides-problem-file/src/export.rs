@@ -6,8 +6,8 @@ use apsides_expressions::text::TextWriter;
 use apsides_expressions::{Expression, Unit};
 
 use crate::model::{
-    Amount, Bounded, End, Guess, Link, Model, Objective, Phase, Profile, Row, Shape, Stated, StatedMotion,
-    TableData, Variable,
+    Amount, Bounded, End, Guess, Link, Model, MotionAxes, Objective, Phase, Profile, Row, Shape, Stated,
+    StatedMotion, TableData, Variable,
 };
 use crate::statement::Statement;
 
