@@ -53,7 +53,7 @@ fn motion() -> Value {
         "additionalProperties": false,
         "if": {"properties": {"axes": {"const": "site"}}, "required": ["axes"]},
         "then": {"required": ["site"]},
-        "else": {"properties": {"site": false}},
+        "else": {"properties": {"site": {"not": {}}}},
     })
 }
 
