@@ -59,7 +59,14 @@ pub fn render_page(outcome: &Outcome, shown: &Presentation) -> Result<String, Re
     certificate_page::certificate(&mut page, &summary.certificate);
     phases(&mut page, outcome);
     let curves = "Lines are the polynomials of the solution, dots its nodes (left out on fine meshes), dashed grey lines bounds near the data.";
-    section(&mut page, "Over time", None, &shown.histories);
+    // A control that the mission draws over time, too, is drawn once, with its nodes and bounds.
+    let is_control = |history: &&Figure| {
+        let same =
+            |control: &Figure| [&control.y.label, &control.y.unit] == [&history.y.label, &history.y.unit];
+        history.series.len() == 1 && standard.controls.iter().any(same)
+    };
+    let histories: Vec<Figure> = shown.histories.iter().filter(|h| !is_control(h)).cloned().collect();
+    section(&mut page, "Over time", None, &histories);
     section(&mut page, "Controls", Some(curves), &standard.controls);
     // Where the flight is drawn about its body the states of the problem are the same in other coordinates.
     let is_told = !shown.histories.is_empty();

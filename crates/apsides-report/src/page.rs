@@ -69,7 +69,9 @@ impl Page {
             let is_numeric = |row: &Vec<String>| row.get(k).is_some_and(|cell| is_number(cell));
             let class =
                 if !rows.is_empty() && rows.iter().all(is_numeric) { " class=\"number\"" } else { "" };
-            let _ = write!(self.text, "<th{class}>{}</th>", escape(head));
+            // Names of keys and results are broken where a word of theirs ends.
+            let head = escape(head).replace('_', "_<wbr>");
+            let _ = write!(self.text, "<th{class}>{head}</th>");
         }
         self.text.push_str("</tr></thead>\n<tbody>\n");
         for row in rows {

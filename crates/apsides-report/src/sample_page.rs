@@ -15,6 +15,21 @@ use crate::units::pretty;
 /// Significant digits of a number.
 const DIGITS: usize = 4;
 
+/// A spread below this part of the mean is rounding.
+const ROUNDING: f64 = 1e-13;
+
+/// Numbers of a result and their classes: a narrow page has those that say most.
+const COLUMNS: [(&str, &str); 8] = [
+    ("Mean", "number"),
+    ("Sigma", "number"),
+    ("Linear sigma", "number wide"),
+    ("Least", "number"),
+    ("1 %", "number wide"),
+    ("50 %", "number"),
+    ("99 %", "number wide"),
+    ("Greatest", "number"),
+];
+
 // Writing into a `String` cannot fail, hence the discarded results.
 
 /// The page: counts, the spread of each result, the figure.
@@ -66,8 +81,8 @@ fn table(page: &mut String, spreads: &[Spread]) {
         "<h2>Results</h2>\n<p class=\"note\">Of the flights that ended; the least and the greatest with the index of their sample.</p>\n\
          <div class=\"card\"><table>\n<thead><tr><th>Quantity</th><th>Unit</th>",
     );
-    for head in ["Mean", "Sigma", "Linear sigma", "Least", "1 %", "50 %", "99 %", "Greatest"] {
-        let _ = write!(page, "<th class=\"number\">{head}</th>");
+    for (head, class) in COLUMNS {
+        let _ = write!(page, "<th class=\"{class}\">{head}</th>");
     }
     page.push_str("</tr></thead>\n<tbody>\n");
     let extreme = |e: &Extreme| match e.sample {
@@ -79,9 +94,12 @@ fn table(page: &mut String, spreads: &[Spread]) {
         let _ = write!(page, "<tr><td>{}</td><td>{}</td>", escape(&name), escape(&pretty(&unit)));
         let linear = s.linear_sigma.map_or_else(|| "-".into(), |v| readable(v, DIGITS));
         let [low, middle, high] = s.percentiles.map(|v| readable(v, DIGITS));
-        let (mean, sigma) = (readable(s.mean, DIGITS), readable(s.sigma, DIGITS));
-        for value in [mean, sigma, linear, extreme(&s.least), low, middle, high, extreme(&s.greatest)] {
-            let _ = write!(page, "<td class=\"number\">{value}</td>");
+        // Flights that all have one value differ by the rounding of sums.
+        let sigma = if s.sigma < ROUNDING * s.mean.abs() { 0.0 } else { s.sigma };
+        let (mean, sigma) = (readable(s.mean, DIGITS), readable(sigma, DIGITS));
+        let values = [mean, sigma, linear, extreme(&s.least), low, middle, high, extreme(&s.greatest)];
+        for (value, (_, class)) in values.into_iter().zip(COLUMNS) {
+            let _ = write!(page, "<td class=\"{class}\">{value}</td>");
         }
         page.push_str("</tr>\n");
     }
