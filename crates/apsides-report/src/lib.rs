@@ -115,3 +115,4 @@ pub use standard_figures::StandardFigures;
 pub use svg::stacked_svg;
 pub use trajectory_csv::write_trajectory;
 pub use trajectory_reader::read_trajectory;
+pub use units::pretty;

@@ -56,12 +56,16 @@ pub fn stacked_svg(figures: &[Figure]) -> String {
     let (mut text, mut y) = (String::new(), 0.0);
     for figure in figures {
         let (legend, height) = drawn(figure, WIDTH);
-        let _ = writeln!(
-            text,
-            "<text x=\"18\" y=\"{:.0}\" font-weight=\"bold\" fill=\"{INK}\">{}</text>",
-            y + TITLE - 8.0,
-            escape(&figure.title)
-        );
+        let titles = title_lines(&figure.title);
+        for (k, line) in titles.iter().enumerate() {
+            let _ = writeln!(
+                text,
+                "<text x=\"18\" y=\"{:.0}\" font-weight=\"bold\" fill=\"{INK}\">{}</text>",
+                y + TITLE - 8.0 + k as f64 * TITLE_LINE,
+                escape(line)
+            );
+        }
+        y += titles.len().saturating_sub(1) as f64 * TITLE_LINE;
         let (svg, tall) = figure.drawn();
         let place = format!("<svg y=\"{:.0}\" width=\"{WIDTH}\" height=\"{tall:.0}\"", y + TITLE);
         text += &svg.replacen("<svg", &place, 1);
@@ -75,8 +79,26 @@ pub fn stacked_svg(figures: &[Figure]) -> String {
     )
 }
 
-/// Height of a title above a figure and of the space below a legend, in CSS pixels.
+/// The lines of a title, broken where words end; a word alone is not broken.
+fn title_lines(title: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in title.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= TITLE_LETTERS => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// Height of a title above a figure, of each further line of one, and of the space below a legend, in CSS pixels.
 const TITLE: f64 = 26.0;
+const TITLE_LINE: f64 = 17.0;
+/// Letters of a line of a title; generous, no font is measured.
+const TITLE_LETTERS: usize = 70;
 const LEGEND_SPACE: f64 = 8.0;
 
 /// A figure with its axes and its plot area decided.
@@ -377,6 +399,22 @@ mod tests {
             assert!(svg.contains(&format!("viewBox=\"0 0 5600 {height:.0}0\"")), "{svg}");
             assert!(stacked_svg(&[figure]).contains(&format!("height=\"{height:.0}\"")));
         }
+    }
+
+    /// A long title has several lines, and what is below it moves down by as much.
+    #[test]
+    fn long_titles_are_broken() {
+        let titled = |title: &str| stacked_svg(&[Figure { title: title.into(), ..axes() }]);
+        let height = |svg: &str| -> f64 {
+            let sizes = svg.split("viewBox=\"0 0 ").nth(1).and_then(|rest| rest.split('"').next());
+            sizes.and_then(|sizes| sizes.split(' ').nth(1)?.parse().ok()).expect("a view box")
+        };
+        let (short, long) = (titled("Speed"), titled(&"a word and another ".repeat(7)));
+        assert_eq!((height(&long) - height(&short)).to_bits(), TITLE_LINE.to_bits());
+        let lines: Vec<&str> = long.lines().filter(|line| line.contains("font-weight")).collect();
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        // The drawing has the title as well, for readers that hear it.
+        assert_eq!(long.matches("another").count(), 2 * 7, "{long}");
     }
 
     #[test]

@@ -70,7 +70,8 @@ pub(crate) fn display_unit(unit: &str, largest: f64) -> DisplayUnit {
 }
 
 /// A unit with raised exponents: `m/s^2` and `m/s2` become `m/s²`.
-pub(crate) fn pretty(unit: &str) -> String {
+#[must_use]
+pub fn pretty(unit: &str) -> String {
     if unit == "-" {
         return String::new();
     }

@@ -1,5 +1,7 @@
 //! Figures 11 to 19 of the paper: what each limit does to its own quantity, to the bank angle and to all states, a curve a limit.
 
+use apsides_report::pretty;
+
 use super::limits::Found;
 use super::model::{Limits, Model, SolveNumbers};
 use crate::sheet::{Graph, GraphSeries};
@@ -76,7 +78,7 @@ pub(super) fn graphs(model: Model, found: &[Found<'_>]) -> Vec<Graph> {
             };
             let series = flights.iter().map(|(limits, s)| {
                 let label = match limits[k].is_finite() {
-                    true => format!("{} {unit}", limits[k]),
+                    true => format!("{} {}", limits[k], pretty(unit)),
                     false => "no limit".into(),
                 };
                 GraphSeries { label, line: points(s), dots: Vec::new() }

@@ -130,7 +130,7 @@ fn histories_under_a_limit() {
         found.unwrap_or_else(|| panic!("no {file}"))
     };
     let labels = |file: &str| graph(file).series.iter().map(|s| s.label.clone()).collect::<Vec<_>>();
-    assert_eq!(labels("limits_heat_rate_e_heat_rate.svg"), ["850 kW/m2", "no limit"]);
+    assert_eq!(labels("limits_heat_rate_e_heat_rate.svg"), ["850 kW/m²", "no limit"]);
     let peaks: Vec<f64> = graph("limits_heat_rate_e_heat_rate.svg")
         .series
         .iter()
