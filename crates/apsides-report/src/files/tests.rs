@@ -65,7 +65,7 @@ fn two_files_of_one_name_are_refused() {
         let mut bad = items("second");
         bad.push((REPORT, second));
         let error = replace(dir.path(), &bad).unwrap_err().to_string();
-        assert!(error.contains("report.html would be written twice"), "{error}");
+        assert!(error.contains("report.html` would be written twice"), "{error}");
         assert_eq!(content(dir.path()), before);
     }
 }
