@@ -76,11 +76,18 @@ impl Canvas {
     }
 
     pub(crate) fn line(&mut self, points: &[Point], color: &str, width: f64) {
-        self.curve(points, color, width, None);
+        self.curve(points, color, width, None, false);
     }
 
-    /// A line, of a series with this name where a page may ask for its values.
-    pub(crate) fn curve(&mut self, points: &[Point], color: &str, width: f64, series: Option<&str>) {
+    /// A line, of a series with this name where a page may ask for its values; of dashes where another one has its colour.
+    pub(crate) fn curve(
+        &mut self,
+        points: &[Point],
+        color: &str,
+        width: f64,
+        series: Option<&str>,
+        is_dashed: bool,
+    ) {
         let mut path: Vec<_> = points.iter().map(|p| enlarged(*p)).collect();
         path.dedup();
         if path.len() < 2 {
@@ -89,8 +96,9 @@ impl Canvas {
         let width = (width * ENLARGEMENT).round();
         let _ = write!(
             self.elements,
-            "<polyline{} fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\" points=\"",
-            series.map_or(String::new(), |name| format!(" data-series=\"{}\"", escape(name)))
+            "<polyline{} fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\"{} points=\"",
+            series.map_or(String::new(), |name| format!(" data-series=\"{}\"", escape(name))),
+            if is_dashed { " stroke-dasharray=\"70 45\"" } else { "" }
         );
         for (k, (x, y)) in path.iter().enumerate() {
             let _ = write!(self.elements, "{}{x},{y}", if k == 0 { "" } else { " " });

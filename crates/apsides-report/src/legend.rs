@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::figure::{Figure, Series, SeriesStyle};
 use crate::markup::escape;
-use crate::palette::{BODY, BOUND, INK, reference_color, series_color};
+use crate::palette::{BODY, BOUND, INK, is_repeated, reference_color, series_color};
 
 /// Names with samples, as SVG elements of 26 by 10 pixels.
 pub(crate) fn entries(figure: &Figure) -> Vec<(&str, String)> {
@@ -18,7 +18,7 @@ pub(crate) fn entries(figure: &Figure) -> Vec<(&str, String)> {
                 });
                 let marks = of_name.map(|(series, _)| marks(series));
                 let marks = marks.fold([false; 2], |[line, dot], m| [line || m[0], dot || m[1]]);
-                line_and_dot(marks, series_color(*own))
+                line_and_dot(marks, series_color(*own), is_repeated(*own))
             }
             SeriesStyle::Bound => dashed(BOUND),
             SeriesStyle::Body => {
@@ -48,10 +48,11 @@ fn marks(series: &Series) -> [bool; 2] {
     }
 }
 
-fn line_and_dot([line, dot]: [bool; 2], color: &str) -> String {
+fn line_and_dot([line, dot]: [bool; 2], color: &str, is_dashed: bool) -> String {
+    let dashes = if is_dashed { " stroke-dasharray=\"7 4\"" } else { "" };
     let mut sample = String::new();
     if line || !dot {
-        let _ = write!(sample, "<path d=\"M1 5H25\" stroke=\"{color}\" stroke-width=\"2\"/>");
+        let _ = write!(sample, "<path d=\"M1 5H25\" stroke=\"{color}\" stroke-width=\"2\"{dashes}/>");
     }
     if dot {
         let _ = write!(sample, "<circle cx=\"13\" cy=\"5\" r=\"3\" fill=\"{color}\"/>");

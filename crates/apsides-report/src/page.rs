@@ -64,7 +64,8 @@ impl Page {
 
     /// A table under its heads. Cells that begin as numbers do stand to the right.
     pub fn table(&mut self, heads: &[&str], rows: &[Vec<String>]) {
-        self.text.push_str("<div class=\"card\"><table>\n<thead><tr>");
+        let class = if heads.len() > DENSE { " class=\"dense\"" } else { "" };
+        let _ = write!(self.text, "<div class=\"card\"><table{class}>\n<thead><tr>");
         for (k, head) in heads.iter().enumerate() {
             let is_numeric = |row: &Vec<String>| row.get(k).is_some_and(|cell| is_number(cell));
             let class =
@@ -123,6 +124,9 @@ impl Page {
         self.text
     }
 }
+
+/// Columns from which a table has small letters.
+const DENSE: usize = 9;
 
 /// True of a number with or without a sign, and of the dash that stands for a missing one.
 fn is_number(cell: &str) -> bool {

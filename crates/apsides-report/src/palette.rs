@@ -28,6 +28,11 @@ pub(crate) fn series_color(index: Option<usize>) -> &'static str {
     index.map_or(BOUND, |k| COLORS[k % COLORS.len()].1)
 }
 
+/// Says whether an earlier series may have the colour of a series, which is then drawn in dashes.
+pub(crate) fn is_repeated(index: Option<usize>) -> bool {
+    index.is_some_and(|k| k >= COLORS.len())
+}
+
 /// Colour of a reference line: from the end of the palette, which few figures reach.
 pub(crate) fn reference_color(index: usize) -> &'static str {
     COLORS[(COLORS.len() - 1) - index % COLORS.len()].1

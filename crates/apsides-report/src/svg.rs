@@ -7,7 +7,7 @@ use crate::canvas::{Anchor, Baseline, Canvas, ENLARGEMENT, FONT_SIZE, Point};
 use crate::figure::{AxisScale, Figure, ReferenceLine, Series, SeriesStyle};
 use crate::legend::drawn;
 use crate::markup::escape;
-use crate::palette::{FRAME, GRID, INK, MINOR_GRID, SHADE, reference_color, series_color};
+use crate::palette::{FRAME, GRID, INK, MINOR_GRID, SHADE, is_repeated, reference_color, series_color};
 
 /// Size of a figure in CSS pixels.
 pub(crate) const WIDTH: f64 = 560.0;
@@ -191,7 +191,7 @@ impl Drawing {
             }
             self.references(figure, canvas);
             for (series, color) in figure.series.iter().zip(figure.colors()) {
-                self.series(series, series_color(color), canvas);
+                self.series(series, color, canvas);
             }
         });
         let (left, right, top, bottom) = (self.left, self.right, self.top, self.bottom);
@@ -246,7 +246,8 @@ impl Drawing {
         }
     }
 
-    fn series(&self, series: &Series, color: &str, canvas: &mut Canvas) {
+    fn series(&self, series: &Series, index: Option<usize>, canvas: &mut Canvas) {
+        let color = series_color(index);
         let places: Vec<Option<Point>> = series.points.iter().map(|p| self.place(*p)).collect();
         match series.style {
             SeriesStyle::Dots => places.into_iter().flatten().for_each(|p| canvas.dot(p, color)),
@@ -264,7 +265,7 @@ impl Drawing {
                 let run: Vec<Point> = run.iter().flatten().copied().collect();
                 match run.as_slice() {
                     [alone] => canvas.dot(*alone, color),
-                    points => canvas.curve(points, color, 1.8, Some(&series.label)),
+                    points => canvas.curve(points, color, 1.8, Some(&series.label), is_repeated(index)),
                 }
             }),
         }
@@ -399,6 +400,21 @@ mod tests {
             assert!(svg.contains(&format!("viewBox=\"0 0 5600 {height:.0}0\"")), "{svg}");
             assert!(stacked_svg(&[figure]).contains(&format!("height=\"{height:.0}\"")));
         }
+    }
+
+    /// The eighth series has the colour of the first, and dashes; so has its name.
+    #[test]
+    fn repeated_colours_are_dashed() {
+        let line = |k: usize| Series::line(format!("{k}"), vec![[0.0, k as f64], [1.0, 1.0]]);
+        let figure = (0..8).map(line).fold(axes(), Figure::with);
+        let svg = stacked_svg(&[figure]);
+        let drawn: Vec<&str> = svg.lines().filter(|l| l.contains("data-series=")).collect();
+        let is_dashed: Vec<bool> = drawn.iter().map(|l| l.contains("stroke-dasharray")).collect();
+        assert_eq!(is_dashed, [[false; 7].as_slice(), &[true]].concat());
+        assert!(drawn[7].contains("#0072B2"), "{}", drawn[7]);
+        let names: Vec<&str> = svg.lines().filter(|l| l.contains("<path d=\"M1 5H25\"")).collect();
+        assert_eq!(names.len(), 8);
+        assert!(names[7].contains("stroke-dasharray") && !names[0].contains("stroke-dasharray"));
     }
 
     /// A long title has several lines, and what is below it moves down by as much.
