@@ -100,8 +100,15 @@ pub(crate) fn figure(graph: &Graph) -> Figure {
 /// Numbers of a row as text, `-` for what is missing.
 pub(crate) fn cells(sheet: &Sheet, row: usize) -> Vec<String> {
     (sheet.columns.iter().zip(&sheet.rows[row].values))
-        .map(|(c, value)| value.map_or_else(|| "-".into(), |v| format!("{v:.*}", c.decimals)))
+        .map(|(c, value)| value.map_or_else(|| "-".into(), |v| rounded(v, c.decimals)))
         .collect()
+}
+
+/// A number with so many decimals; what rounds to zero has no sign.
+fn rounded(v: f64, decimals: usize) -> String {
+    let text = format!("{v:.decimals$}");
+    let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
+    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
 pub(crate) fn sentences(sheet: &Sheet) -> impl Iterator<Item = String> + '_ {
@@ -123,4 +130,22 @@ fn wrapped(label: &str) -> Vec<String> {
         }
     }
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rounded;
+
+    #[test]
+    fn what_rounds_to_zero_has_no_sign() {
+        for (v, decimals, text) in [
+            (-4e-7, 6, "0.000000"),
+            (-0.0, 0, "0"),
+            (-6e-7, 6, "-0.000001"),
+            (-3.25, 1, "-3.2"),
+            (f64::NAN, 2, "NaN"),
+        ] {
+            assert_eq!(rounded(v, decimals), text);
+        }
+    }
 }
