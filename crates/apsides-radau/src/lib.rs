@@ -97,6 +97,7 @@ mod saddle;
 pub mod scales;
 pub mod session;
 pub mod settings;
+mod smoothness;
 pub mod solver;
 mod starts;
 mod state_bounds;
