@@ -8,7 +8,9 @@ use std::fs;
 use std::path::Path;
 
 use apsides_pipeline::Summary;
-use apsides_report::{Axis, Figure, ReportError, Series, read_outcome_trajectory, write_outcome};
+use apsides_report::{
+    Axis, Figure, Presentation, ReportError, Series, read_outcome_trajectory, write_outcome,
+};
 
 fn flight_path() -> Figure {
     let outcome = lander::outcome();
@@ -130,6 +132,29 @@ fn the_page_is_well_formed_and_self_contained() {
         assert!(page.contains(expected), "{expected}");
     }
     assert!(!page.contains("<test>") && !page.contains("<final>"));
+}
+
+/// A control that the mission draws over time, too, has one figure; what only bears its name, or compares it, stays.
+#[test]
+fn a_control_is_drawn_once() {
+    let outcome = lander::outcome();
+    let drawn = |title: &str, y: (&str, &str), series: &[&str]| {
+        let empty = Figure::new(title, Axis::new("time", "s"), Axis::new(y.0, y.1));
+        let line = |name: &&str| Series::line(*name, vec![[0.0, 0.0], [1.0, 1.0]]);
+        series.iter().map(line).fold(empty, Figure::with)
+    };
+    let histories = vec![
+        drawn("angle of the mission", ("thrust angle", "deg"), &["braking"]),
+        drawn("thrust in kilopond", ("thrust", "kp"), &["braking"]),
+        drawn("thrust of both", ("thrust", "N"), &["flown", "planned"]),
+    ];
+    let shown = Presentation { histories, ..Presentation::default() };
+    let page = apsides_report::render_page(&outcome, &shown).unwrap();
+    let is_drawn = |title: &str| page.contains(&format!("<figcaption>{title}</figcaption>"));
+    assert_eq!(
+        ["angle of the mission", "thrust in kilopond", "thrust of both", "thrust angle"].map(is_drawn),
+        [false, true, true, true]
+    );
 }
 
 #[test]
