@@ -4,15 +4,14 @@ The same problem (case a and c of Acikmese and Ploen, given flight time, linear 
 mass of full thrust) in its straightforward form, with all states as variables. See README.md.
 """
 
-import json
 import math
 import os
-import subprocess
 import sys
 import time
 import warnings
 
 import findings
+from programs import built, output
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS"):
     os.environ[variable] = "1"
@@ -28,7 +27,6 @@ except ImportError as missing:
 
 # CVXPY says that it takes its SciPy backend for norms of rows.
 warnings.filterwarnings("ignore", category=UserWarning, module="cvxpy|__main__")
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 CANT = math.cos(math.radians(27.0))
 EXHAUST = 225.0 * 9.807 * CANT
 THRUST = [throttle * 6.0 * 3100.0 * CANT for throttle in (0.3, 0.8)]
@@ -36,14 +34,6 @@ MASS, DRY = 1905.0, 1505.0
 GRAVITY = numpy.array([0.0, 0.0, -3.7114])
 START = numpy.array([2000.0, 0.0, 1500.0]), numpy.array([100.0, 0.0, -75.0])
 CASES = (("a", False, 72.0), ("c", True, 81.0))
-
-
-def built():
-    subprocess.run(
-        ["cargo", "build", "--release", "-p", "apsides-benches", "--bin", "convex"], cwd=ROOT, check=True
-    )
-    target = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
-    return os.path.join(target, "release", "convex")
 
 
 def posed(intervals, glide_slope, flight_time):
@@ -126,7 +116,7 @@ def main():
     parser.add_argument("--intervals", type=int, nargs="+", default=[50, 100, 200])
     parser.add_argument("--runs", type=int, default=8)
     arguments = parser.parse_args()
-    program = built()
+    program = built("convex")
     print("CPU times in ms, the least of", arguments.runs, "runs in turns")
     print("| case | N | apsides: set-up and solve | again | variables, rows | CVXPY with set-up | Clarabel on its form | solve alone | variables, rows | CVXPY : apsides |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
@@ -140,7 +130,7 @@ def main():
             command += ["--glide-slope"] if glide_slope else []
             ours, theirs, alone = [], [], []
             for _ in range(arguments.runs):
-                ours.append(json.loads(subprocess.run(command, capture_output=True, check=True).stdout))
+                ours.append(output(*command))
                 theirs.append(by_cvxpy(case))
                 alone.append(by_clarabel(case))
             if abs(ours[0]["propellant"] - (other := propellant(case))) > 1e-3:
@@ -157,7 +147,7 @@ def main():
                 flush=True,
             )
     findings.write(arguments.findings, found)
-    decision = json.loads(subprocess.run([program, "divert"], capture_output=True, check=True).stdout)
+    decision = output(program, "divert")
     print(
         f"\nOne decision over {decision['sites']} sites: {decision['milliseconds']:.0f} ms, {decision['solves']} programs,"
         f" {decision['landed']} reached, at most {decision['excess']:.4f} kg above a search of its own"

@@ -7,10 +7,10 @@ counts. See README.md.
 
 import json
 import os
-import subprocess
 import sys
 
 import findings
+from programs import built, text
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS"):
     os.environ[variable] = "1"
@@ -25,18 +25,9 @@ except ImportError as missing:
     print(f"skipped: {missing.name} is not installed (pip install clarabel ecos qoco scipy)")
     sys.exit(0)
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 CASES = (("free", "a, free"), ("glide-slope", "c, glide slope"))
 FORMS = ("stages", "clarabel")
 TOLERANCE = 1e-8
-
-
-def built():
-    subprocess.run(
-        ["cargo", "build", "--release", "-p", "apsides-benches", "--bin", "latency"], cwd=ROOT, check=True
-    )
-    target = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
-    return os.path.join(target, "release", "latency")
 
 
 class Conic:
@@ -99,12 +90,12 @@ def main():
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
-    program = built()
+    program = built("latency")
     common = ["--starts", str(arguments.starts), "--seed", str(arguments.seed)]
     print(f"ms, the least of {arguments.runs} runs of each of {arguments.starts} starts")
-    ours = subprocess.run([program, *common, "--runs", str(arguments.runs)], capture_output=True, check=True, text=True)
-    print(ours.stdout)
-    own = means(ours.stdout)
+    ours = text(program, *common, "--runs", arguments.runs)
+    print(ours)
+    own = means(ours)
     found = findings.Findings(
         "Conic programs of a powered descent over 50 intervals from dispersed starts",
         f"{arguments.starts} starts, tolerance 1e-8; the form of the program that suits the peer better. Peers' times are those that they report of the solve alone.",
@@ -115,7 +106,7 @@ def main():
         better = {}
         for form in FORMS:
             command = [program, *common, "--write", case, "--solver", form]
-            lines = subprocess.run(command, capture_output=True, check=True, text=True).stdout.splitlines()
+            lines = text(*command).splitlines()
             programs = [Conic(line) for line in lines]
             for peer, solve in PEERS.items():
                 rows = []
@@ -146,8 +137,8 @@ def latency(program, arguments):
     """What the solver over stages takes from many starts; none if none are asked for."""
     if arguments.alone == 0:
         return []
-    command = [program, "--starts", str(arguments.alone), "--seed", str(arguments.seed), "--runs", "1"]
-    table = subprocess.run(command, capture_output=True, check=True, text=True).stdout
+    command = [program, "--starts", arguments.alone, "--seed", arguments.seed, "--runs", 1]
+    table = text(*command)
     print(table)
     heading, *_ = table.splitlines()
     figures = findings.Figures(

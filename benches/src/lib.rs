@@ -13,9 +13,11 @@
 //! | `src/bin/hazard.rs` | hazard maps of raw heights on some threads |
 //! | `src/bin/moving_mass.rs` | closed-loop descents of the capsule with moving masses |
 //! | `src/bin/propagation.rs` | ten lunar orbits and an entry by both schemes of `apsides-ode` and by `ode_solvers` |
+//! | `src/bin/resolve.rs` | solves of a mission after changes of its values, a step along the derivative, dispersed values |
 //! | `peers/landing.py` | the landing by CasADi and Ipopt, in turns with `landing` |
 //! | `peers/convex.py` | the conic programs of `convex` by CVXPY and Clarabel, in turns with `convex` |
 //! | `peers/latency.py` | those of `latency` by QOCO, ECOS and Clarabel |
+//! | `peers/resolve.py` | what `resolve` finds, without a peer |
 //! | `peers/flatness.py` | those of `flatness` by CasADi and Ipopt |
 //! | `peers/geo.py` | those of `geo` by SciPy, CasADi and Ipopt |
 //! | `peers/hazard.py` | those of `hazard` by OpenCV and NumPy |
@@ -28,6 +30,7 @@ pub mod flat;
 pub mod formulas;
 pub mod landing;
 pub mod numbers;
+pub mod peak_memory;
 pub mod timed;
 
 pub use cpu_time::CpuTime;
@@ -35,4 +38,5 @@ pub use flat::FlatLanding;
 pub use formulas::Formulas;
 pub use landing::{Landing, Start};
 pub use numbers::Numbers;
+pub use peak_memory::peak_memory;
 pub use timed::Timed;

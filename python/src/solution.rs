@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use apsides::Outcome;
 use apsides::ephemeris::{Ephemeris, Epoch, Format, Sampling, Step};
@@ -177,10 +176,9 @@ impl Solution {
             formats.collect::<Result<Vec<_>, _>>().map_err(|e| SettingError::new_err(e.to_string()))?;
         self.pipeline.check_formats(&formats).map_err(refused)?;
         let sampling = sampling(step, points)?;
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         py.detach(|| {
             let table = self.rows(sampling)?;
-            let files = ephemeris_files(&table, &formats, &Epoch::of_unix(now));
+            let files = ephemeris_files(&table, &formats, &Epoch::now());
             let files = files.map_err(|e| Error::new_err(e.to_string()))?;
             let written = replace(directory.as_ref(), &files);
             written.map(|paths| texts(&paths)).map_err(|e| Error::new_err(e.to_string()))

@@ -1,10 +1,10 @@
 """What the comparisons share: CasADi with one thread, the programs of this package, Ipopt's settings and its runs."""
 
-import json
 import os
-import subprocess
 import sys
 import time
+
+from programs import ROOT, built, output  # noqa: F401 for the scripts
 
 # One thread each: set before any library reads it.
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -16,8 +16,6 @@ try:
 except ImportError as error:
     print(f"skipped: {error.name} is not installed (pip install casadi)")
     sys.exit(0)
-
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 
 # What all comparisons state; everything else is Ipopt's default.
 STOCK = {
@@ -47,21 +45,6 @@ STRATEGIES = {
 }
 STATUS = {"Solve_Succeeded": "optimal", "Solved_To_Acceptable_Level": "acceptable"}
 SUCCESS = tuple(STATUS.values())
-
-
-def built(program):
-    """Path of a program of this package, built if need be."""
-    subprocess.run(
-        ["cargo", "build", "--release", "-p", "apsides-benches", "--bin", program], cwd=ROOT, check=True
-    )
-    target = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
-    return os.path.join(target, "release", program)
-
-
-def output(*command):
-    """The JSON that a program prints."""
-    run = subprocess.run([str(word) for word in command], check=True, capture_output=True, text=True)
-    return json.loads(run.stdout)
 
 
 def evaluate(formula, inputs):

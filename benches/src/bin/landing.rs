@@ -8,7 +8,7 @@ use std::time::Duration;
 use apsides::nlp::{BarrierStrategy, Flow, InteriorPoint, IterationRecord, NlpSettings, SolveReport};
 use apsides_benches::landing::{Dump, Failure, method_settings, settings};
 use apsides_benches::timed::status;
-use apsides_benches::{CpuTime, Landing, Numbers, Start};
+use apsides_benches::{CpuTime, Landing, Numbers, Start, peak_memory};
 use clap::Parser;
 use serde::Serialize;
 
@@ -67,6 +67,8 @@ struct Summary {
     evaluation_ms: f64,
     linear_systems_ms: f64,
     total_ms: f64,
+    /// Largest resident set of the process, where the system tells it.
+    peak_memory_kb: Option<u64>,
 }
 
 #[derive(Serialize)]
@@ -152,6 +154,7 @@ fn summary(arguments: &Arguments, report: &SolveReport, setup_ms: Vec<f64>, solv
         evaluation_ms: ms(report.timing.evaluation),
         linear_systems_ms: ms(report.timing.linear_systems),
         total_ms: ms(report.timing.total),
+        peak_memory_kb: peak_memory(),
     }
 }
 

@@ -1,7 +1,6 @@
 //! Ephemerides beside the files of a solve or a simulation.
 
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use apsides::Pipeline;
 use apsides::ephemeris::{Ephemeris, Epoch, Format, Sampling};
@@ -29,7 +28,5 @@ impl EphemerisArguments {
 
 /// The files of an ephemeris.
 pub(crate) fn files(table: &Ephemeris, formats: &[Format]) -> Result<Vec<Item>, Refusal> {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    let created = Epoch::of_unix(now);
-    ephemeris_files(table, formats, &created).map_err(refusal)
+    ephemeris_files(table, formats, &Epoch::now()).map_err(refusal)
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Display};
 use std::str::FromStr;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::EphemerisError;
 use crate::calendar::{date, day_number, days_of};
@@ -117,6 +118,12 @@ impl Epoch {
     #[must_use]
     pub fn julian_date_tdb(&self) -> f64 {
         2_451_545.0 + self.tdb_seconds() / DAY as f64
+    }
+
+    /// The present instant by the clock of the computer; 1970 where that stands before it.
+    #[must_use]
+    pub fn now() -> Self {
+        Self::of_unix(SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()))
     }
 
     /// The instant of a number of seconds of the clock of computers, which counts from 1970-01-01T00:00:00 UTC without leap seconds.

@@ -60,8 +60,7 @@ pub fn render_page(outcome: &Outcome, shown: &Presentation) -> Result<String, Re
     phases(&mut page, outcome);
     let curves = "Lines are the polynomials of the solution, dots its nodes (left out on fine meshes), dashed grey lines bounds near the data.";
     // A control that the mission draws over time, too, is drawn once, with its nodes and bounds.
-    let unit =
-        |figure: &Figure| if figure.y.unit == "rad" { "deg".to_owned() } else { figure.y.unit.clone() };
+    let unit = |figure: &Figure| display_unit(&figure.y.unit, 1.0).name;
     let is_control = |history: &&Figure| {
         let same = |control: &Figure| control.y.label == history.y.label && unit(control) == unit(history);
         history.series.len() == 1 && standard.controls.iter().any(same)
