@@ -357,8 +357,11 @@ fn bad_input_is_refused_by_name() {
 const IMPULSES_KG: f64 = 1e-2;
 /// Published: mass flow and gravitational parameter by their last digits, relative.
 const ROUNDED: f64 = 1e-3;
+/// Propellant beyond that of impulses with two burns from a transfer orbit, relative: losses below 0.5 m/s.
+const TWO_BURNS: f64 = 3e-4;
 
-/// From an elliptic orbit: an impulse at apogee by the vis-viva equation is a bound, two burns come near it, and more are no worse.
+/// From an elliptic orbit: an impulse at apogee by the vis-viva equation is a bound that more burns come nearer to, and the certificate of two says
+/// that another one would pay.
 #[test]
 fn from_a_transfer_orbit() {
     let solve = |overrides: &[&str]| {
@@ -368,7 +371,9 @@ fn from_a_transfer_orbit() {
     let eccentricity = 0.7306;
     let e = format!("parking_eccentricity={eccentricity}");
     let two = solve(&[&e, "pattern=AA"]);
-    assert!(two.summary.certificate.is_verified(), "{:?}", two.summary.certificate.verdict);
+    assert_eq!(two.summary.certificate.verdict, Verdict::Feasible);
+    let failed: Vec<_> = two.summary.certificate.checks.iter().filter(|c| !c.passed).collect();
+    assert!(failed.len() == 1 && failed[0].name == "switching function below zero on a coast", "{failed:?}");
     let of = |key: &str| two.summary.results[key];
     // mu of the Earth, perigee, and apogee of the start; radius of the target.
     let (mu, perigee, target) = (3.986_004_418e14, 6_578_137.0, 42_164e3);
@@ -382,9 +387,11 @@ fn from_a_transfer_orbit() {
         "{} {impulses}",
         of("impulsive_propellant_kg")
     );
-    assert!(of("propellant_kg") > impulses - IMPULSES_KG && of("propellant_kg") < 1.005 * impulses);
-    let one = solve(&[&e, "burns=1", "pattern=A"]);
-    assert!(one.summary.results["propellant_kg"] > of("propellant_kg"));
+    assert!(of("propellant_kg") > impulses - IMPULSES_KG && of("propellant_kg") < (1.0 + TWO_BURNS) * impulses);
+    let propellant_of = |overrides: &[&str]| solve(overrides).summary.results["propellant_kg"];
+    assert!(propellant_of(&[&e, "burns=1", "pattern=A"]) > of("propellant_kg"));
+    let three = propellant_of(&[&e, "burns=3", "pattern=AAA"]);
+    assert!(three > impulses - IMPULSES_KG && three < of("propellant_kg"), "{three}");
     // On a circle a burn at apogee has no place to begin.
     let refused = apsides::load("geo-2-burn", &["pattern=AA".into()]);
     assert!(refused.is_err());

@@ -55,6 +55,17 @@ impl Gauss {
         self.nodes.len()
     }
 
+    /// Coefficients of the Legendre polynomials of degree 0 to `N - 1` whose sum has these `N` values at the nodes.
+    pub fn legendre_coefficients(&self, values: &[f64]) -> Vec<f64> {
+        let samples = || self.nodes.iter().zip(&self.weights).zip(values);
+        (0..self.points())
+            .map(|k| {
+                let sum: f64 = samples().map(|((&x, w), value)| w * value * legendre(k, x).0).sum();
+                (k as f64 + 0.5) * sum
+            })
+            .collect()
+    }
+
     /// The `N` collocation points, ascending.
     pub fn nodes(&self) -> &[f64] {
         &self.nodes

@@ -60,6 +60,20 @@ fn radau_published_values() {
     }
 }
 
+/// x^3 = 3/5 P1 + 2/5 P3 and x^4 = 1/5 P0 + 4/7 P2 + 8/35 P4.
+#[test]
+fn legendre_coefficients_of_powers() {
+    let rule = Gauss::new(6).unwrap();
+    let of = |power: i32| {
+        rule.legendre_coefficients(&rule.nodes().iter().map(|x| x.powi(power)).collect::<Vec<_>>())
+    };
+    let cubic = [0.0, 0.6, 0.0, 0.4, 0.0, 0.0];
+    let quartic = [0.2, 0.0, 4.0 / 7.0, 0.0, 8.0 / 35.0, 0.0];
+    for (found, exact) in [(of(3), cubic), (of(4), quartic)] {
+        found.iter().zip(exact).for_each(|(c, e)| close(*c, e, SUM));
+    }
+}
+
 /// Abramowitz and Stegun, table 25.4.
 #[test]
 fn gauss_published_values() {

@@ -53,7 +53,7 @@ impl Engine {
         state.barrier = state.settings.initial_barrier.max(state.final_barrier);
         state.tau = state.settings.boundary_fraction.max(1.0 - state.barrier);
         let barrier = state.barrier;
-        state.bounds.measure(&mut state.current, barrier);
+        state.measure_current();
         for &i in &state.bounds.lower_set {
             state.current.zl[i] = barrier / state.current.lower_slack[i];
         }

@@ -112,26 +112,32 @@ impl Bounds {
         self.lower_set.len() + self.upper_set.len()
     }
 
-    /// Distances of `point` to its bounds. A bound that the point has reached in floating point is moved outwards by a
-    /// rounding error (Waechter and Biegler, section 3.5).
-    pub(crate) fn measure(&mut self, point: &mut Point, barrier: f64) {
+    /// Distances of `point` to its bounds. A bound that the point has reached in floating point is moved outwards by a rounding error (Waechter
+    /// and Biegler, section 3.5); with the `last` barrier parameter no farther than where the multiplier of the point, or of the one it comes
+    /// `from`, has it on the central path, since a larger complementarity would come back with each step.
+    pub(crate) fn measure(&mut self, point: &mut Point, from: Option<&Point>, barrier: f64, last: f64) {
+        let Point { v, zl, zu, lower_slack, upper_slack, .. } = point;
+        let (zl, zu) = from.map_or((&*zl, &*zu), |from| (&from.zl, &from.zu));
         let least = f64::EPSILON * barrier.min(1.0);
-        let shift = f64::EPSILON.powf(0.75);
+        let moved = |multiplier: f64, bound: f64| {
+            let most = f64::EPSILON.powf(0.75) * bound.abs().max(1.0);
+            if barrier > last { most } else { (barrier / multiplier).max(least).min(most) }
+        };
         for &i in &self.lower_set {
-            let mut slack = point.v[i] - self.lower[i];
+            let mut slack = v[i] - self.lower[i];
             if slack < least {
-                self.lower[i] = self.lower[i].min(point.v[i]) - shift * self.lower[i].abs().max(1.0);
-                slack = point.v[i] - self.lower[i];
+                slack = moved(zl[i], self.lower[i]);
+                self.lower[i] = self.lower[i].min(v[i]) - slack;
             }
-            point.lower_slack[i] = slack;
+            lower_slack[i] = slack;
         }
         for &i in &self.upper_set {
-            let mut slack = self.upper[i] - point.v[i];
+            let mut slack = self.upper[i] - v[i];
             if slack < least {
-                self.upper[i] = self.upper[i].max(point.v[i]) + shift * self.upper[i].abs().max(1.0);
-                slack = self.upper[i] - point.v[i];
+                slack = moved(zu[i], self.upper[i]);
+                self.upper[i] = self.upper[i].max(v[i]) + slack;
             }
-            point.upper_slack[i] = slack;
+            upper_slack[i] = slack;
         }
     }
 
@@ -223,4 +229,31 @@ fn longest(pairs: impl Iterator<Item = (f64, f64)>, step: f64, tau: f64) -> f64 
             if tau * amount < step * decrease { tau * amount / decrease } else { step }
         },
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Far from the end a bound that was reached moves by a rounding error; at the end its complementarity is the barrier parameter, however
+    /// large the multiplier, and again at the next point there.
+    #[test]
+    fn a_bound_that_was_reached_keeps_the_central_path() {
+        let mut bounds = Bounds::new(&[1.0, f64::NEG_INFINITY], &[f64::INFINITY, 0.5]);
+        let mut point = Point::new(2, 0);
+        point.v.copy_from_slice(&[1.0, 0.5]);
+        (point.zl[0], point.zu[1]) = (8e5, 8e8);
+        let (barrier, last) = (1e-11, 1e-11);
+        for _ in 0..2 {
+            bounds.measure(&mut point, None, barrier, last);
+            let products = [point.lower_slack[0] * point.zl[0], point.upper_slack[1] * point.zu[1]];
+            assert!(products.iter().all(|p| (p / barrier - 1.0).abs() < 4.0 * f64::EPSILON), "{products:?}");
+            assert!(bounds.complementarity_error(&point, 0.0) < 2.0 * barrier);
+        }
+        let mut bounds = Bounds::new(&[1.0], &[f64::INFINITY]);
+        let mut point = Point::new(1, 0);
+        point.v[0] = 1.0;
+        bounds.measure(&mut point, None, 1e-3, last);
+        assert_eq!(point.lower_slack[0], f64::EPSILON.powf(0.75));
+    }
 }

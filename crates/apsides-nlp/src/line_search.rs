@@ -517,7 +517,7 @@ impl SolverState {
         for ((trial, current), step) in self.trial.v.iter_mut().zip(&self.current.v).zip(&step.v) {
             *trial = current + alpha * step;
         }
-        self.bounds.measure(&mut self.trial, self.barrier);
+        self.measure_trial();
         self.trial.evaluate(model)
     }
 

@@ -244,10 +244,10 @@ impl Phase {
 
 /// Puts a point into the trial point of the outer engine; returns its largest violation.
 fn place_trial(outer: &mut SolverState, problem: &mut ScaledProblem<'_>, v: &[f64]) -> f64 {
+    let n = outer.trial.v.len();
+    outer.trial.v.copy_from_slice(&v[..n]);
+    outer.measure_trial();
     let trial = &mut outer.trial;
-    let n = trial.v.len();
-    trial.v.copy_from_slice(&v[..n]);
-    outer.bounds.measure(trial, outer.barrier);
     if trial.evaluate(problem) { max_abs(&trial.constraints) } else { f64::INFINITY }
 }
 

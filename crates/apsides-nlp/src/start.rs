@@ -62,7 +62,7 @@ impl Engine {
         self.state.push_to_central_path();
         self.state.set_slacks(problem);
         self.state.push_to_central_path();
-        self.state.bounds.measure(&mut self.state.current, self.state.barrier);
+        self.state.measure_current();
         self.state.bounds.safeguard_multipliers(&mut self.state.current, self.state.barrier, WARM_SAFEGUARD);
         self.evaluate_start(problem)
     }
@@ -94,7 +94,7 @@ impl Engine {
 
     /// Values and derivatives at the starting point, and the limits that the filter takes from it.
     pub(crate) fn evaluate_start(&mut self, model: &mut impl BarrierModel) -> Result<(), Evaluation> {
-        self.state.bounds.measure(&mut self.state.current, self.state.barrier);
+        self.state.measure_current();
         if !self.state.current.evaluate(model) {
             let failed_objective = !self.state.current.objective.is_finite();
             return Err(if failed_objective { Evaluation::Objective } else { Evaluation::Constraints });

@@ -76,6 +76,16 @@ impl SolverState {
         }
     }
 
+    /// Measures the distances of the trial point to its bounds.
+    pub(crate) fn measure_trial(&mut self) {
+        self.bounds.measure(&mut self.trial, Some(&self.current), self.barrier, self.final_barrier);
+    }
+
+    /// Measures the distances of the current point to its bounds.
+    pub(crate) fn measure_current(&mut self) {
+        self.bounds.measure(&mut self.current, None, self.barrier, self.final_barrier);
+    }
+
     /// Evaluates gradient, Jacobian and dual residual at the current point.
     ///
     /// # Errors

@@ -54,7 +54,8 @@
 //!
 //! References: D. Garg et al., A unified framework for the numerical solution of optimal control problems using
 //! pseudospectral methods, Automatica 46 (2010), doi 10.1016/j.automatica.2010.06.048. M. Patterson, W. Hager, A. Rao, A ph mesh refinement method for
-//! optimal control, Optim. Control Appl. Methods 36 (2015), doi 10.1002/oca.2114.
+//! optimal control, Optim. Control Appl. Methods 36 (2015), doi 10.1002/oca.2114. F. Liu, W. Hager, A. Rao, Adaptive mesh refinement method for
+//! optimal control using decay rates of Legendre polynomial coefficients, IEEE Trans. Control Syst. Technol. 26 (2018).
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod activity;
@@ -97,6 +98,7 @@ mod saddle;
 pub mod scales;
 pub mod session;
 pub mod settings;
+mod smoothness;
 pub mod solver;
 mod starts;
 mod state_bounds;

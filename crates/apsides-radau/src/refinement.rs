@@ -1,21 +1,27 @@
 //! A better mesh from the error estimate: more points where the solution is smooth, more intervals where it is not.
 //!
 //! Patterson, Hager, Rao 2015 (doi 10.1002/oca.2114), with the number of points bounded so that an interval is divided when it would need
-//! more than the largest number.
+//! more than the largest number: into two where the motion is smooth, into short intervals of few points where it is not.
 
-use apsides_ocp::{Break, Crossing, Mesh, Ocp, PhaseMesh, TouchPoint, Trajectory};
+use std::f64::consts::LN_2;
+
+use apsides_ocp::{Break, Crossing, Mesh, Ocp, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory};
 
 use crate::RadauError;
 use crate::boundary_arcs::{POINTS, beside_bounds};
 use crate::joints::{at_joints, inside};
 use crate::mesh_solve::total_points;
 use crate::settings::RadauSettings;
+use crate::smoothness::decay;
 
 /// Fewest points added to an interval: one at a time costs a mesh for little.
 const LEAST_INCREASE: usize = 2;
 
 /// Most points of an interval, times those it has, where the mesh would have too many.
 const CAREFUL_GROWTH: f64 = 1.5;
+
+/// Part of the tolerance that halves of a smooth interval are made for: their costates converge later than their states.
+const MARGIN: f64 = 1e-2;
 
 /// Intervals this short beside the phase are not divided: their ends would be one in double precision.
 const LEAST_LENGTH: f64 = 1e-12;
@@ -35,7 +41,7 @@ pub(crate) fn refine(
         let phases = (ocp.phases.iter().zip(&trajectory.phases).zip(joints))
             .map(|((phase, t), joints)| {
                 let long = beside_bounds(phase, &t.mesh);
-                refine_phase(&t.mesh, &t.interval_errors, &long, joints, settings, growth)
+                refine_phase(t, &long, joints, settings, growth)
             })
             .collect::<Result<_, _>>()?;
         Ok(Mesh { phases })
@@ -45,13 +51,13 @@ pub(crate) fn refine(
 }
 
 fn refine_phase(
-    mesh: &PhaseMesh,
-    errors: &[f64],
+    trajectory: &PhaseTrajectory,
     long: &[bool],
     joints: &[f64],
     settings: &RadauSettings,
     growth: f64,
 ) -> Result<PhaseMesh, RadauError> {
+    let PhaseTrajectory { mesh, interval_errors: errors, .. } = trajectory;
     let ends = at_joints(mesh, joints);
     let mut fractions = vec![0.0];
     let mut points = Vec::new();
@@ -88,6 +94,10 @@ fn refine_phase(
         if wanted <= settings.max_points {
             fractions.push(end);
             points.push(wanted);
+        } else if let Some(decay) = decay(trajectory, k)? {
+            let half = points_of_half(n, error / (MARGIN * settings.tolerance), decay);
+            fractions.extend([start + 0.5 * (end - start), end]);
+            points.extend([half.clamp(settings.min_points, settings.max_points); 2]);
         } else {
             let least = if long[k] { POINTS.min(settings.max_points) } else { settings.min_points };
             let parts = (wanted / least).clamp(2, settings.max_parts);
@@ -100,4 +110,26 @@ fn refine_phase(
     }
     let mesh = PhaseMesh::new(fractions, points)?.with_arcs(breaks, mesh.arcs().to_vec())?;
     Ok(mesh.with_touch_points(touch_points)?.with_crossings(crossings)?)
+}
+
+/// Points of each half of an interval of `n` points whose Legendre coefficients fall by `exp(decay)` per degree, and whose error is so many times
+/// what it may be: in a half they fall twice as fast.
+fn points_of_half(n: usize, excess: f64, decay: f64) -> usize {
+    let n = n as f64;
+    let left = excess.ln() - n * LN_2;
+    (n + left / (decay + LN_2)).ceil().max(0.5 * n) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_have_the_points_that_their_error_needs() {
+        // Twelve points of halves leave 2^-12 of the error; each further one takes a factor of 8 away.
+        assert_eq!(points_of_half(12, 2f64.powi(12), 4f64.ln()), 12);
+        assert_eq!(points_of_half(12, 2f64.powi(15), 4f64.ln()), 13);
+        assert_eq!(points_of_half(12, 2f64.powi(9), 4f64.ln()), 11);
+        assert_eq!(points_of_half(12, 1.0, 2f64.ln()), 6);
+    }
 }

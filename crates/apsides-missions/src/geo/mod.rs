@@ -40,9 +40,9 @@ const LIMIT_STEP: f64 = 0.04;
 /// First limit, relative to the time of the guess: it does not limit.
 const FIRST_LIMIT: f64 = 1.2;
 
-/// A burn is one smooth arc: few intervals of many points begin closest to it.
+/// A burn is one smooth arc: one interval of some points, from which refinement goes on, begins closest to it.
 const FIRST_MESH: [(&str, u32); 4] =
-    [("radau.intervals", 3), ("radau.points", 10), ("shooting.intervals", 1), ("shooting.points", 8)];
+    [("radau.intervals", 1), ("radau.points", 6), ("shooting.intervals", 1), ("shooting.points", 8)];
 
 impl Mission for GeoInjection {
     fn kind() -> Kind {
