@@ -81,7 +81,13 @@ impl PaperItem {
         let findings = sheets.iter().filter(|s| s.id == of).flat_map(|s| &s.findings);
         let found: Vec<&str> =
             findings.filter_map(|f| Some(f.strip_prefix(start)?.trim_start_matches([':', ' ']))).collect();
-        if found.is_empty() { stated() } else { found.join("; ") }
+        match found.split_last() {
+            None => stated(),
+            Some((last, others)) => {
+                let others = others.iter().map(|finding| finding.trim_end_matches('.'));
+                others.chain([*last]).collect::<Vec<_>>().join("; ")
+            }
+        }
     }
 }
 

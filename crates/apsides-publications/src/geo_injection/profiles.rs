@@ -108,6 +108,9 @@ fn along_velocity(stage: &Stage, burn: &PhaseTrajectory) -> Result<Vec<Instant>,
     Ok(flown)
 }
 
+/// Points of a circle.
+const CIRCLE: usize = 180;
+
 pub(super) fn sheet(stage: &Stage, solver: &mut Solver<'_>) -> Result<Sheet, Stop> {
     let columns = [
         ("burn_time_s", 2),
@@ -188,6 +191,16 @@ pub(super) fn sheet(stage: &Stage, solver: &mut Solver<'_>) -> Result<Sheet, Sto
             "optimal thrust leaves the velocity by up to {first:.1} deg in the first burn and {last:.1} deg in the last: the burns for the \
              same times along the velocity end on other orbits, and redesigned ones cost little (sheet sequences)"
         ));
+    }
+    for (label, radius) in
+        [("parking orbit", stage.parking_radius), ("geostationary orbit", stage.target_radius)]
+    {
+        let place = |k: usize| {
+            let (sin, cos) = (std::f64::consts::TAU * k as f64 / CIRCLE as f64).sin_cos();
+            [radius * cos, radius * sin]
+        };
+        let line = (0..=CIRCLE).map(place).collect();
+        plane.series.push(GraphSeries { label: label.into(), line, dots: Vec::new() });
     }
     sheet.graphs = graphs;
     sheet.graphs.push(plane);

@@ -101,8 +101,8 @@ fn sheet() -> Sheet {
         title: "Table 7".into(),
         heading: "flight",
         columns: vec![
-            Column { key: "semi_major_axis_km", decimals: 1 },
-            Column { key: "eccentricity", decimals: 4 },
+            Column { key: "semi_major_axis_km", decimals: 1, is_flag: false },
+            Column { key: "eccentricity", decimals: 4, is_flag: false },
         ],
         rows: vec![
             SheetRow { label: "printed".into(), values: vec![Some(24_588.04), None] },
