@@ -193,6 +193,9 @@ mod tests {
         let mut sheet = Sheet::new("figures", "cases", "case", &[]);
         sheet.findings = vec!["Figs 2, 3: beyond the criterion".into(), "Figs 20, 21: held".into()];
         assert_eq!(item.verdict_by(&[sheet.clone()]), "beyond the criterion");
+        // Several stand in one sentence.
+        sheet.findings = vec!["Figs 2, 3: held.".into(), "Figs 2, 3: damped.".into()];
+        assert_eq!(item.verdict_by(&[sheet.clone()]), "held; damped.");
         sheet.id = "another";
         assert_eq!(item.verdict_by(&[sheet]), "reproduced");
     }

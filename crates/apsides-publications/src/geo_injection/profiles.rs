@@ -108,8 +108,8 @@ fn along_velocity(stage: &Stage, burn: &PhaseTrajectory) -> Result<Vec<Instant>,
     Ok(flown)
 }
 
-/// Points of a circle.
-const CIRCLE: usize = 180;
+/// Dots of the parking orbit and of the geostationary one.
+const CIRCLES: [usize; 2] = [24, 72];
 
 pub(super) fn sheet(stage: &Stage, solver: &mut Solver<'_>) -> Result<Sheet, Stop> {
     let columns = [
@@ -192,15 +192,17 @@ pub(super) fn sheet(stage: &Stage, solver: &mut Solver<'_>) -> Result<Sheet, Sto
              same times along the velocity end on other orbits, and redesigned ones cost little (sheet sequences)"
         ));
     }
-    for (label, radius) in
-        [("parking orbit", stage.parking_radius), ("geostationary orbit", stage.target_radius)]
-    {
+    for (label, radius, count) in [
+        ("parking orbit", stage.parking_radius, CIRCLES[0]),
+        ("geostationary orbit", stage.target_radius, CIRCLES[1]),
+    ] {
         let place = |k: usize| {
-            let (sin, cos) = (std::f64::consts::TAU * k as f64 / CIRCLE as f64).sin_cos();
+            let (sin, cos) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
             [radius * cos, radius * sin]
         };
-        let line = (0..=CIRCLE).map(place).collect();
-        plane.series.push(GraphSeries { label: label.into(), line, dots: Vec::new() });
+        // Dots, so that a burn along an orbit is seen.
+        let dots = (0..count).map(place).collect();
+        plane.series.push(GraphSeries { label: label.into(), line: Vec::new(), dots });
     }
     sheet.graphs = graphs;
     sheet.graphs.push(plane);

@@ -197,3 +197,24 @@ fn the_missions_of_a_publication_stand_beside_its_page() {
     }
     assert!(mission_files("paper").is_empty());
 }
+
+/// A mission under a law has no solve.
+#[test]
+fn a_page_names_the_command_of_each_mission() {
+    for (name, command) in [
+        ("moving-mass", "apsides simulate moving-mass-cross.toml"),
+        ("geo-injection", "apsides solve geo-2-burn.toml"),
+    ] {
+        let page = page::html(&Reproduction { name, ..reproduction(0) }, &mission_files(name));
+        assert!(page.contains(&format!("<code>{command}</code>")), "{page}");
+    }
+}
+
+#[test]
+fn a_series_without_points_keeps_its_colour_free() {
+    let [graph] = &sheet().graphs[..] else { panic!("one figure") };
+    let empty = GraphSeries { label: "coast".into(), line: Vec::new(), dots: Vec::new() };
+    let series = std::iter::once(empty).chain(graph.series.clone()).collect();
+    let figure = sheet::figure(&Graph { series, ..graph.clone() });
+    assert_eq!(figure.legend(), "Fregat vermilion");
+}
