@@ -39,7 +39,7 @@ pub(crate) use words::{GuidanceWord, NewKind, SampleFormat};
         apsides solve lunar-perilune --out results\n  \
         apsides solve lunar-direct --set thrust_n=500 --json\n  \
         apsides simulate moving-mass-cross --out descent\n  \
-        apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv\n  \
+        apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep\n  \
         apsides footprint capsule-reentry --out footprint\n  \
         apsides verify results\n  \
         apsides reproduce lunar-landing --out reproduction\n  \
@@ -72,7 +72,7 @@ pub(crate) enum Command {
     Simulate(SimulateArguments),
     /// Search PID gains of a mission with moving masses: the worst of a set of descents counts.
     #[command(after_help = "Examples:\n  \
-        apsides tune moving-mass-cross --set rate_limit_m_s=0.1 --out tuned.toml\n  \
+        apsides tune moving-mass-cross --set rate_limit_m_s=0.1 --out tuned\n  \
         apsides tune moving-mass-cross --set rate_limit_m_s=0.05 --all-damping --evaluations 200")]
     Tune(TuneArguments),
     /// Find the least moving masses and rates that hold an offset: by statics and by simulation, cross against rim.
@@ -83,8 +83,8 @@ pub(crate) enum Command {
     /// Solve a mission for every combination of values, each case started from its neighbour.
     #[command(after_help = "Examples:\n  \
         apsides sweep lunar-perilune --set perilune_altitude_km=50,25,20,15,10,5\n  \
-        apsides sweep lunar-direct --set thrust_n=400,440,480 --set isp_s=310,320 --out sweep.csv\n  \
-        apsides sweep lunar-direct --set thrust_n=400,440,480,520 --chain 2 --first 2 --out parts/2.csv\n  \
+        apsides sweep lunar-direct --set thrust_n=400,440,480 --set isp_s=310,320 --out sweep\n  \
+        apsides sweep lunar-direct --set thrust_n=400,440,480,520 --chain 2 --first 2 --out parts/2\n  \
         apsides sweep capsule-reentry --set heat_rate_limit_kw_m2=inf,850,800,760 --sensitivity --figure prices.svg")]
     Sweep(SweepArguments),
     /// Find the ends that a mission can reach at the altitude of its target, under its limits.
@@ -342,8 +342,8 @@ pub(crate) struct TuneArguments {
     /// Sets of descents that are flown at most.
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) evaluations: u32,
-    /// Write the mission with the gains into this file.
-    #[arg(short, long, value_name = "FILE")]
+    /// Write mission.toml, the mission with the gains, into this directory.
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) threads: Threads,
@@ -390,8 +390,8 @@ pub(crate) struct SweepArguments {
     /// Number of cases of the part; all behind the first without it.
     #[arg(long, value_name = "N", requires = "chain", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) count: Option<u32>,
-    /// Write the rows with all results as CSV into this file, or as sweep.csv into this directory, and a page of the same name beside it.
-    #[arg(short, long, value_name = "FILE|DIR")]
+    /// Write sweep.csv, a row a case with all results, and sweep.html into this directory; with --chain shard.json, too.
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Say of each case what one more unit of the swept numbers is worth, in the objective's unit.
     #[arg(long)]

@@ -76,7 +76,7 @@ fn shards_of_task(plan: &Plan, first: usize, step: Option<usize>) -> Result<Exit
 /// Computes a shard, or waits for the process that does.
 fn compute(plan: &Plan, shard: usize) -> Result<Exit, Refusal> {
     let begun = Instant::now();
-    let directory = plan.locked(shard);
+    let directory = plan.shard_place(shard);
     let command = plan.parsed(shard)?;
     made(&plan.shards_directory())?;
     let stop = StopFlag::install();

@@ -5,11 +5,15 @@ use apsides::pipeline::unit_ending::in_words;
 use apsides::{ObjectiveValue, Outcome, Pipeline, Price};
 use apsides_report::{Axis, Figure, Presentation, Series};
 
-/// All that the page of a solved mission shows beside its outcome, with the title of the file of this name where there is one.
+/// All that the page of a solved mission shows beside its outcome, with name and title of the file of this name where there is one.
 pub(crate) fn presentation(name: &str, mission: &Pipeline, outcome: &Outcome) -> Presentation {
     let registry = apsides::registry();
-    let of_file = registry.files().find(|(file, _)| *file == name).map(|(_, title)| title);
-    Presentation::of_mission(of_file.unwrap_or(mission.title()), mission, outcome)
+    match registry.files().find(|(file, _)| *file == name) {
+        Some((file, title)) => {
+            Presentation { heading: file.into(), ..Presentation::of_mission(title, mission, outcome) }
+        }
+        None => Presentation::of_mission(mission.title(), mission, outcome),
+    }
 }
 
 /// Length of a stroke as a part of the range of the swept number.

@@ -5,7 +5,7 @@
 //! apsides bodies, apsides vehicles, apsides sites   data that missions name
 //! apsides new problem my-problem.toml               a file to begin with: equations of one's own
 //! apsides solve lunar-perilune --out results        solves and verifies; writes data and a report
-//! apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv
+//! apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep
 //! apsides merge shards --out flights                joins the parts of a large run
 //! apsides campaign landing.toml                     the parts of one by Slurm, Dask or this machine
 //! apsides verify results                            checks stored results again

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use apsides::pipeline::digest::sha256;
 use apsides::pipeline::regular_file;
-use apsides::pipeline::shard::{BESIDE, Joined, Part, SHARD, Shard, manifest_of};
+use apsides::pipeline::shard::{Joined, Part, SHARD, Shard};
 use apsides_report::merge_samples;
 
 use crate::arguments::MergeArguments;
@@ -14,15 +14,15 @@ use crate::montecarlo::{Shown, of_samples, show, table_of};
 use crate::output::{print, print_json, warn};
 use crate::progress::Progress;
 use crate::speech::is_json;
-use crate::sweep::{KEYS, PRICES, table_at};
-use crate::sweep_file::SweepFile;
+use crate::sweep::{KEYS, PRICES};
+use crate::sweep_file::{self, COMMAND, SweepFile};
 
 pub(crate) fn merge(a: &MergeArguments) -> Result<Exit, Refusal> {
     let table = table_of(a.format)?;
     let mut parts = Vec::new();
     for place in &a.parts {
         for place in parts_of(place)? {
-            let shard = Shard::read(&manifest_of(&place)).map_err(refusal)?;
+            let shard = Shard::read(&place.join(SHARD)).map_err(refusal)?;
             parts.push(Part { place, shard });
         }
     }
@@ -37,11 +37,11 @@ pub(crate) fn merge(a: &MergeArguments) -> Result<Exit, Refusal> {
             joined.levels.join(", ")
         ));
     }
-    if joined.whole.command == "sweep" {
-        return merge_sweep(a, &joined);
-    }
     probe_directory(&a.out)?;
     let _lock = claim(&a.out)?;
+    if joined.whole.command == COMMAND {
+        return merge_sweep(a, &joined);
+    }
     let progress = Progress::reading(joined.whole.count as u64, "samples");
     let merged = merge_samples(&a.out, &joined, table, &mut |more| progress.advance(more as u64));
     progress.finish();
@@ -60,10 +60,11 @@ fn merge_sweep(a: &MergeArguments, joined: &Joined) -> Result<Exit, Refusal> {
         let list = joined.whole.settings.get(name).and_then(|list| list.as_array());
         list.into_iter().flatten().filter_map(|word| word.as_str().map(str::to_owned)).collect()
     };
-    let mut table = SweepFile::create(&table_at(&a.out), words(KEYS).into_iter(), words(PRICES).into_iter())?;
+    let mut table = SweepFile::create(&a.out, words(KEYS).into_iter(), words(PRICES).into_iter())?;
     for part in &joined.parts {
         let of_part = |reason: String| refusal(format!("{}: {reason}", part.place.display()));
-        let text = regular_file::read(&part.place).map_err(|e| of_part(e.to_string()))?;
+        let text =
+            regular_file::read(&sweep_file::table_of(&part.place)).map_err(|e| of_part(e.to_string()))?;
         let stated = part.shard.rows_sha256.as_deref();
         if stated != Some(&sha256(&text)) {
             return Err(of_part("its rows are not those of its manifest: run its command again".into()));
@@ -93,11 +94,8 @@ fn parts_of(place: &Path) -> Result<Vec<PathBuf>, Refusal> {
         return Ok(vec![place.into()]);
     }
     let entries = std::fs::read_dir(place).map_err(|e| refusal(format!("{}: {e}", place.display())))?;
-    let part = |path: PathBuf| {
-        let table = path.to_str().and_then(|name| name.strip_suffix(BESIDE)).map(PathBuf::from);
-        table.or_else(|| path.join(SHARD).exists().then_some(path))
-    };
-    let mut parts: Vec<PathBuf> = entries.filter_map(Result::ok).filter_map(|e| part(e.path())).collect();
+    let paths = entries.filter_map(Result::ok).map(|entry| entry.path());
+    let mut parts: Vec<PathBuf> = paths.filter(|path| path.join(SHARD).exists()).collect();
     if parts.is_empty() {
         return Ok(vec![place.into()]);
     }

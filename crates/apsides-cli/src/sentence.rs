@@ -1,5 +1,7 @@
 //! Sentences for a terminal: without control characters, no word longer than a line.
 
+pub(crate) use apsides::pipeline::lines::{WIDTH, wrapped};
+
 /// Longest word that is shown as it is, characters.
 const LONGEST: usize = 120;
 /// Characters that are left of each end of a longer one.
@@ -22,25 +24,6 @@ pub(crate) fn readable(text: &str) -> String {
         }
     }
     shown
-}
-
-/// Longest line of what is wrapped, characters.
-pub(crate) const WIDTH: usize = 80;
-
-/// The text in lines that fit a terminal, each behind `indent`.
-pub(crate) fn wrapped(indent: &str, text: &str) -> String {
-    let mut lines = String::new();
-    let mut line = String::new();
-    for word in text.split_whitespace() {
-        let length = indent.chars().count() + line.chars().count() + 1 + word.chars().count();
-        if !line.is_empty() && length > WIDTH {
-            lines += &format!("{indent}{line}\n");
-            line.clear();
-        }
-        line += if line.is_empty() { "" } else { " " };
-        line += word;
-    }
-    if line.is_empty() { lines } else { lines + &format!("{indent}{line}\n") }
 }
 
 /// The text of a TOML file whose comments fit a terminal: those of long lines stand above what they belong to. The values stay as they are.
@@ -201,17 +184,6 @@ mod tests {
         let huge = format!("{:.1}", 2e300);
         assert_eq!(readable(&format!("is -{huge} kg")), "is -2e300 kg");
         assert_eq!(readable("is 153.751306834322 kg, line 12"), "is 153.751306834322 kg, line 12");
-    }
-
-    #[test]
-    fn lines_fit_a_terminal() {
-        let text = "word ".repeat(100) + &"w".repeat(90);
-        let lines = wrapped("    ", &text);
-        let (others, last) = lines.trim_end().rsplit_once('\n').unwrap();
-        assert!(others.lines().all(|l| l.chars().count() <= WIDTH && l.starts_with("    word")), "{lines}");
-        assert_eq!(last.trim().len(), 90, "a word is not broken");
-        assert_eq!(lines.split_whitespace().count(), 101);
-        assert_eq!(wrapped("  ", " "), "");
     }
 
     #[test]

@@ -12,13 +12,13 @@ use apsides_report::stacked_svg;
 use serde_json::json;
 
 use crate::arguments::SweepArguments;
-use crate::commands::{claim, keep_solves, probe_file, settle};
+use crate::commands::{KeptWork, probe_file};
 use crate::exit::{Exit, Refusal, refusal, unwritten_option};
 use crate::figures::PriceCurves;
 use crate::output::{columns, heads, print, print_json, significant, warn};
 use crate::progress::Progress;
 use crate::speech::{is_json, is_verbose};
-use crate::sweep_file::SweepFile;
+use crate::sweep_file::{COMMAND, SweepFile};
 
 pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     let axes = a.axes()?;
@@ -39,14 +39,10 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     let priced =
         if a.sensitivity { priced_axes(&axes, &cases).map_err(refusal)? } else { vec![false; axes.len()] };
     let mut curves = a.figure.as_deref().map(|path| Drawing::create(path, &axes, &priced)).transpose()?;
-    // The solves are kept beside the file until all are done.
-    let out = a.out.as_deref().map(table_at);
-    let solves = out.as_deref().map(partial).unwrap_or_default();
-    let _lock = out.as_ref().map(|_| claim(&solves)).transpose()?;
-    let record = out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
+    let kept = KeptWork::open(a.out.as_deref())?;
     let price_names: Vec<String> =
         axes.iter().zip(&priced).filter(|(_, shown)| **shown).map(|(axis, _)| price_name(axis)).collect();
-    let mut shard = Shard::begun("sweep", &a.mission, &statement(&cases), a.run.seed, total, indices.clone());
+    let mut shard = Shard::begun(COMMAND, &a.mission, &statement(&cases), a.run.seed, total, indices.clone());
     for axis in &axes {
         shard.settings.insert(format!("--set {}", axis.key), axis.values.clone().into());
     }
@@ -55,7 +51,7 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     shard.settings.insert(PRICES.into(), price_names.clone().into());
     let keys = axes.iter().map(|axis| axis.key.clone());
     let mut csv =
-        out.as_deref().map(|path| SweepFile::create(path, keys, price_names.into_iter())).transpose()?;
+        a.out.as_deref().map(|dir| SweepFile::create(dir, keys, price_names.into_iter())).transpose()?;
     let mut progress = Progress::line(stop, indices.len() as u64);
     let ticker = progress.clone();
     let mut worst = Exit::Verified;
@@ -132,7 +128,7 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     } else {
         files.iter().for_each(|file| print(&format!("written: {file}\n")));
     }
-    Ok(settle(record, &solves, done == indices.len(), worst))
+    Ok(kept.settle(done == indices.len(), worst))
 }
 
 /// Names in the settings of a manifest: of the columns of keys and of prices.
@@ -165,18 +161,6 @@ impl SweepArguments {
 /// The statement of what is solved: the first case, with the number of all; their values are in the settings.
 fn statement(cases: &[Case]) -> String {
     cases.first().map(|case| case.mission.to_file()).unwrap_or_default()
-}
-
-/// The table of a sweep: the file that is named, or `sweep.csv` in the directory that is.
-pub(crate) fn table_at(out: &Path) -> PathBuf {
-    if out.is_dir() { out.join("sweep.csv") } else { out.into() }
-}
-
-/// The directory of the solves of a sweep.
-pub(crate) fn partial(file: &Path) -> PathBuf {
-    let mut name = file.as_os_str().to_owned();
-    name.push(".partial");
-    name.into()
 }
 
 /// A case with what is shown of it.

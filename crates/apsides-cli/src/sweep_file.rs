@@ -7,27 +7,39 @@ use std::path::{Path, PathBuf};
 
 use apsides::Summary;
 use apsides::pipeline::digest::sha256;
-use apsides::pipeline::shard::{BESIDE, Shard, ShardState};
+use apsides::pipeline::shard::{SHARD, Shard, ShardState};
 use apsides::pipeline::unit_ending::{name_of, unit_of};
 use apsides::pipeline::whole_file::{WholeFile, publish_together};
 
 use apsides_report::{Axis, Figure, Page, Series};
 
-use crate::commands::probe_file;
+use crate::commands::made;
 use crate::exit::{Refusal, refusal, unwritten_option};
 
 /// Characters of a number that is shown with all its digits.
 const SHOWN: usize = 10;
 
+/// The command, as manifests name it.
+pub(crate) const COMMAND: &str = "sweep";
+
+/// Names of the files.
+const TABLE: &str = "sweep.csv";
+const PAGE: &str = "sweep.html";
+
+/// The table in the directory of a sweep.
+pub(crate) fn table_of(dir: &Path) -> PathBuf {
+    dir.join(TABLE)
+}
+
 /// Columns of every case behind its results and prices.
 const LAST: [&str; 5] = ["status", "verdict", "iterations", "mesh_iterations", "solve_ms"];
 
-/// The rows of a sweep, as CSV in one piece at the end.
+/// The rows of a sweep, as CSV in one piece at the end, in a directory of its own.
 ///
 /// Cases need not have the same results: another method gives other results, and a case that was interrupted gives fewer.
 /// The columns are the results of all cases; where a case has none, its cell is empty.
 pub(crate) struct SweepFile {
-    path: PathBuf,
+    dir: PathBuf,
     keys: Vec<String>,
     prices: Vec<String>,
     results: Vec<String>,
@@ -44,15 +56,20 @@ struct Record {
 }
 
 impl SweepFile {
-    /// A table without rows: `keys` are the keys that vary, `prices` the names of the columns of prices.
+    /// A table without rows: `keys` are the keys that vary, `prices` the names of the columns of prices. A directory with the manifest of
+    /// another command is refused.
     pub(crate) fn create(
-        path: &Path,
+        dir: &Path,
         keys: impl Iterator<Item = String>,
         prices: impl Iterator<Item = String>,
     ) -> Result<Self, Refusal> {
-        probe_file("--out", path)?;
+        if let Some(other) = Shard::read(&dir.join(SHARD)).ok().filter(|shard| shard.command != COMMAND) {
+            let sentence =
+                format!("--out {}: has a run of `{}`; name another directory", dir.display(), other.command);
+            return Err(sentence.into());
+        }
         let (keys, prices) = (keys.collect(), prices.collect());
-        Ok(Self { path: path.into(), keys, prices, results: Vec::new(), rows: Vec::new() })
+        Ok(Self { dir: dir.into(), keys, prices, results: Vec::new(), rows: Vec::new() })
     }
 
     /// A case with its outcome.
@@ -197,32 +214,35 @@ impl SweepFile {
     pub(crate) fn finish(self, mission: &str, shard: Option<Shard>) -> Result<Vec<String>, Refusal> {
         let text = self.table().map_err(refusal)?;
         // That of a part would be a page a shard.
-        let page = shard.as_ref().is_none_or(Shard::is_whole).then(|| self.path.with_extension("html"));
-        let mut beside = self.path.clone().into_os_string();
-        beside.push(BESIDE);
-        let beside = PathBuf::from(beside);
-        let unwritten = unwritten_option("--out", &self.path);
+        let has_page = shard.as_ref().is_none_or(Shard::is_whole);
+        let dir = made(&self.dir)?;
+        let [table, page, manifest] = [TABLE, PAGE, SHARD].map(|name| dir.join(name));
+        let unwritten = unwritten_option("--out", dir);
         let file = |path: &Path, content: &[u8]| {
             let mut file = WholeFile::create(path)?;
             file.write_all(content)?;
             Ok::<_, std::io::Error>(file)
         };
-        let mut files = vec![file(&self.path, &text).map_err(&unwritten)?];
-        if let Some(page) = &page {
-            files.push(file(page, self.page(mission).as_bytes()).map_err(&unwritten)?);
-        }
+        let mut files = vec![file(&table, &text).map_err(&unwritten)?];
+        let mut written = vec![table.display().to_string()];
+        // Those of other rows.
         let mut stale = Vec::new();
+        if has_page {
+            files.push(file(&page, self.page(mission).as_bytes()).map_err(&unwritten)?);
+            written.push(page.display().to_string());
+        } else {
+            stale.push(page);
+        }
         match shard {
             Some(shard) => {
-                let manifest = self.counted(shard, &text).to_file();
-                files.push(file(&beside, manifest.as_bytes()).map_err(&unwritten)?);
+                let text = self.counted(shard, &text).to_file();
+                files.push(file(&manifest, text.as_bytes()).map_err(&unwritten)?);
             }
-            // That of other rows.
-            None if beside.exists() => stale.push(beside),
-            None => {}
+            None => stale.push(manifest),
         }
+        stale.retain(|path| path.exists());
         publish_together(files, &stale).map_err(|(_, e)| unwritten(e))?;
-        Ok(std::iter::once(&self.path).chain(&page).map(|path| path.display().to_string()).collect())
+        Ok(written)
     }
 
     /// A manifest with what the rows tell.

@@ -6,15 +6,18 @@ use std::time::Duration;
 use apsides::missions::moving_mass::{
     DampingSet, LeastMargins, RequiredMargins, SetFlight, Tuned, TunedGains, Tuning, case, tune as search,
 };
-use apsides::pipeline::whole_file::write_whole;
+use apsides_report::replace;
 use serde_json::json;
 
 use crate::arguments::TuneArguments;
-use crate::commands::probe_file;
-use crate::exit::{Exit, Refusal, refusal, unwritten_option};
+use crate::commands::{claim, probe_directory};
+use crate::exit::{Exit, Refusal, refusal};
 use crate::output::{print, print_json, print_words, warn, written};
 use crate::speech::is_json;
 use crate::stop::LONGEST;
+
+/// Name of the file.
+const MISSION: &str = "mission.toml";
 
 pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load()?.with_seed(a.seed);
@@ -42,10 +45,11 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
         tuning.set = tuning.set.with_all_damping();
     }
     (tuning.evaluations, tuning.threads, tuning.seed) = (a.evaluations as usize, a.threads.count(), a.seed);
-    if let Some(file) = &a.out {
+    if let Some(dir) = &a.out {
         // Before the work, not after it.
-        probe_file("--out", file)?;
+        probe_directory(dir)?;
     }
+    let _lock = a.out.as_deref().map(claim).transpose()?;
     tuning.time_limit = a.limit.time_limit.map(|limit| Duration::from_secs_f64(limit.min(LONGEST)));
     let found = search(&case, &tuning).map_err(refusal)?;
     let keys = keys(&found);
@@ -55,14 +59,14 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
     } else {
         print_words(&text(&mission, &found, robust, &keys));
     }
-    if let Some(file) = &a.out {
+    if let Some(dir) = &a.out {
         let mut overrides = a.mission.set.clone();
         overrides.push(format!("law={}", found.gains.law().word()));
         overrides.extend(keys);
         let tuned = apsides::load(&a.mission.mission, &overrides).map_err(refusal)?;
-        write_whole(file, tuned.to_file().as_bytes()).map_err(unwritten_option("--out", file))?;
+        let files = replace(dir, &[(MISSION, Some(tuned.to_file().into_bytes()))])?;
         if !is_json() {
-            print(&written(std::slice::from_ref(file)));
+            print(&written(&files));
         }
     }
     let late = found.ended_by_time();

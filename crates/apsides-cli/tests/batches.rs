@@ -17,17 +17,21 @@ const PUBLISHED: f64 = 0.01;
 #[test]
 fn sweep_writes_a_row_per_case() {
     let dir = tempfile::tempdir().unwrap();
-    let csv = dir.path().join("sweep.csv");
+    // No directory of this name is there before.
+    let out = dir.path().join("runs/sweep");
+    let csv = out.join("sweep.csv");
     let o =
-        apsides(&["sweep", "lunar-perilune", "--set", "perilune_altitude_km=20,15", "--out", &path(&csv)]);
+        apsides(&["sweep", "lunar-perilune", "--set", "perilune_altitude_km=20,15", "--out", &path(&out)]);
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
     let text = std::fs::read_to_string(&csv).unwrap();
     let rows: Vec<&str> = text.lines().collect();
     assert_eq!(rows.len(), 3, "{text}");
     assert!(rows[0].starts_with("perilune_altitude_km,"));
     assert!(rows[1].starts_with("20,") && rows[2].starts_with("15,"));
-    assert!(!dir.path().join("sweep.csv.partial").exists());
-    let page = std::fs::read_to_string(dir.path().join("sweep.html")).unwrap();
+    let mut names: Vec<_> = std::fs::read_dir(&out).unwrap().map(|e| e.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["sweep.csv", "sweep.html"]);
+    let page = std::fs::read_to_string(out.join("sweep.html")).unwrap();
     assert!(page.contains("<h1>Sweep of ") && page.contains("<figcaption>"), "{page}");
 }
 
@@ -36,7 +40,7 @@ fn sweep_writes_a_row_per_case() {
 fn cases_of_a_sweep_need_not_have_the_same_results() {
     let dir = tempfile::tempdir().unwrap();
     let csv = dir.path().join("sweep.csv");
-    let o = apsides(&["sweep", "geo-2-burn", "--set", "burns=3,2", "--out", &path(&csv)]);
+    let o = apsides(&["sweep", "geo-2-burn", "--set", "burns=3,2", "--out", &path(dir.path())]);
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
     let mut table = csv::Reader::from_path(&csv).unwrap();
     let column = table.headers().unwrap().iter().position(|name| name == "burn_3_time_s").unwrap();
@@ -51,7 +55,7 @@ fn sweep_gives_prices_and_draws_them() {
     let dir = tempfile::tempdir().unwrap();
     let (csv, svg) = (dir.path().join("sweep.csv"), dir.path().join("prices.svg"));
     let thrusts = ["sweep", "lunar-perilune", "--set", "radau.points=5", "--set", "thrust_n=430,440,450"];
-    let files = ["--sensitivity", "--out", &path(&csv), "--figure", &path(&svg)];
+    let files = ["--sensitivity", "--out", &path(dir.path()), "--figure", &path(&svg)];
     let o = apsides(&[&thrusts[..], &files[..]].concat());
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
     assert_eq!(stdout(&o).matches("price").count(), 2, "a setting has no price: {}", stdout(&o));
@@ -328,8 +332,8 @@ fn a_killed_search_resumes_to_the_same_end() {
 #[test]
 fn tune_prints_gains_and_writes_a_mission() {
     let dir = tempfile::tempdir().unwrap();
-    let file = path(&dir.path().join("tuned.toml"));
-    let few = ["--directions", "0", "--evaluations", "5", "--out", &file];
+    let tuned = path(&dir.path().join("tuned"));
+    let few = ["--directions", "0", "--evaluations", "5", "--out", &tuned];
     let o = apsides(&[&["tune", "moving-mass-cross", "--set", "rate_limit_m_s=0.2"], &few[..]].concat());
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
     assert!(
@@ -337,6 +341,7 @@ fn tune_prints_gains_and_writes_a_mission() {
         "{}",
         stdout(&o)
     );
+    let file = path(&dir.path().join("tuned/mission.toml"));
     let o = apsides(&["simulate", &file, "--json"]);
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
     let v: serde_json::Value = serde_json::from_slice(&o.stdout).unwrap();

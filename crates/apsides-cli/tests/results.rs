@@ -403,7 +403,7 @@ const OWN_PROBLEM: [&str; 8] = [
     "apsides check lander.toml",
     "apsides solve lander.toml --out results",
     "apsides solve lander.toml --set constants.thrust=50 --sensitivity",
-    "apsides sweep lander.toml --set constants.thrust=45,50,55 --out sweep.csv",
+    "apsides sweep lander.toml --set constants.thrust=45,50,55 --out sweep",
     "apsides montecarlo lander.toml --sigma constants.thrust=0.5 --sigma constants.isp=2 --samples 50 --out cases",
     "apsides certify lander.toml results/trajectory.csv",
     "apsides verify results",

@@ -58,19 +58,19 @@ fn a_sweep_that_is_killed_goes_on_case_by_case() {
         all
     };
     let words = |all: &[String]| all.iter().map(String::as_str).collect::<Vec<_>>().join("\n");
-    let (whole, parted) = (words(&sweep("whole.csv")), words(&sweep("parted.csv")));
+    let (whole, parted) = (words(&sweep("whole")), words(&sweep("parted")));
     let (whole, parted): (Vec<&str>, Vec<&str>) = (whole.lines().collect(), parted.lines().collect());
     assert_eq!(apsides(&whole).status.code(), Some(0));
-    let solves = at("parted.csv.partial");
+    let solves = at("parted/.apsides-solves");
     ended(&parted, &solves, 2, "-KILL");
-    assert!(!at("parted.csv").exists());
+    assert!(!at("parted/sweep.csv").exists());
     ended(&parted, &solves, 5, "-INT");
     // Rows so far, and the solves from which it goes on.
-    assert!(table(&at("parted.csv")).len() >= 5);
+    assert!(table(&at("parted/sweep.csv")).len() >= 5);
     let o = apsides(&parted);
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
-    assert_eq!(table(&at("parted.csv")), table(&at("whole.csv")));
-    assert!(!solves.exists() && !at("whole.csv.partial").exists());
+    assert_eq!(table(&at("parted/sweep.csv")), table(&at("whole/sweep.csv")));
+    assert!(!solves.exists() && !at("whole/.apsides-solves").exists());
 }
 
 #[test]

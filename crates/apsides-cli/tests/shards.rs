@@ -287,35 +287,34 @@ fn parts_of_a_sweep_are_joined() {
         let set = ["sweep", "lunar-perilune", "--quiet", "--set", "perilune_altitude_km=50,40,30,20,10"];
         apsides(&[&set[..], more, &["--out", &path(&at(file))]].concat())
     };
-    fs::create_dir(at("parts")).unwrap();
     for (file, more) in [
-        ("whole.csv", &["--chain", "2"][..]),
-        ("parts/0.csv", &["--chain", "2", "--count", "2"]),
-        ("parts/1.csv", &["--chain", "2", "--first", "2", "--count", "2"]),
-        ("parts/2.csv", &["--chain", "2", "--first", "4"]),
-        ("neighbours.csv", &[]),
-        ("one-chain.csv", &["--chain", "5"]),
+        ("whole", &["--chain", "2"][..]),
+        ("parts/0", &["--chain", "2", "--count", "2"]),
+        ("parts/1", &["--chain", "2", "--first", "2", "--count", "2"]),
+        ("parts/2", &["--chain", "2", "--first", "4"]),
+        ("neighbours", &[]),
+        ("one-chain", &["--chain", "5"]),
     ] {
         let o = sweep(file, more);
         assert_eq!(o.status.code(), Some(0), "{file}: {}", stderr(&o));
     }
-    let o = merge(&[&at("parts")], &at("merged.csv"));
+    let o = merge(&[&at("parts")], &at("merged"));
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
-    assert_eq!(table(&at("merged.csv")), table(&at("whole.csv")));
+    assert_eq!(table(&at("merged/sweep.csv")), table(&at("whole/sweep.csv")));
     // Without chains all cases are one, as they were.
-    assert_eq!(table(&at("neighbours.csv")), table(&at("one-chain.csv")));
-    assert!(!at("neighbours.csv.shard.json").exists() && at("one-chain.csv.shard.json").exists());
-    let gap = refusal(&[&at("parts/0.csv"), &at("parts/2.csv")], &at("none.csv"));
+    assert_eq!(table(&at("neighbours/sweep.csv")), table(&at("one-chain/sweep.csv")));
+    assert!(!at("neighbours/shard.json").exists() && at("one-chain/shard.json").exists());
+    let gap = refusal(&[&at("parts/0"), &at("parts/2")], &at("none"));
     assert!(gap.contains("indices 2 to 3 of 5 are in no part"), "{gap}");
-    let other = refusal(&[&at("parts/0.csv"), &at("one-chain.csv")], &at("none.csv"));
+    let other = refusal(&[&at("parts/0"), &at("one-chain")], &at("none"));
     assert!(other.contains("`--chain` is 5 of the one, 2 of the other"), "{other}");
-    let text = fs::read_to_string(at("parts/1.csv")).unwrap();
-    fs::write(at("parts/1.csv"), text.replace("optimal", "acceptable")).unwrap();
-    assert!(refusal(&[&at("parts")], &at("none.csv")).contains("its rows are not those of its manifest"));
-    let within = sweep("parts/x.csv", &["--chain", "2", "--first", "1"]);
+    let text = fs::read_to_string(at("parts/1/sweep.csv")).unwrap();
+    fs::write(at("parts/1/sweep.csv"), text.replace("optimal", "acceptable")).unwrap();
+    assert!(refusal(&[&at("parts")], &at("none")).contains("its rows are not those of its manifest"));
+    let within = sweep("parts/x", &["--chain", "2", "--first", "1"]);
     assert_eq!(within.status.code(), Some(2));
     assert!(stderr(&within).contains("case 1 is not the first of a chain of 2 cases"), "{}", stderr(&within));
-    assert_eq!(sweep("parts/x.csv", &["--first", "2"]).status.code(), Some(2));
-    let beyond = sweep("parts/x.csv", &["--chain", "2", "--first", "6"]);
+    assert_eq!(sweep("parts/x", &["--first", "2"]).status.code(), Some(2));
+    let beyond = sweep("parts/x", &["--chain", "2", "--first", "6"]);
     assert!(stderr(&beyond).contains("the sweep has 5 cases"), "{}", stderr(&beyond));
 }

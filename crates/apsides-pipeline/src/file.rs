@@ -7,6 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::Error;
 use crate::key::{Key, KeyKind, Value, suggestion};
+use crate::lines::{commented, wrapped};
 use crate::placing::is_placing;
 use crate::values::{Values, place_of_option};
 
@@ -53,9 +54,10 @@ impl StatedValue {
     }
 }
 
-/// The mission file with every value written out, by the title and name of its kind.
+/// The mission file with every value written out, by the title and name of its kind. Comments that do not fit a terminal beside their keys
+/// stand above them.
 pub(crate) fn written(title: &str, name: &str, values: &Values) -> String {
-    let mut text = format!("# {title}\nmission = \"{name}\"\n");
+    let mut text = format!("{}mission = \"{name}\"\n", wrapped("# ", title));
     let mut tables: std::collections::BTreeMap<&str, String> = std::collections::BTreeMap::new();
     for key in values.keys() {
         // Epoch and axes change no flight: files say nothing of them unless somebody did.
@@ -72,9 +74,9 @@ pub(crate) fn written(title: &str, name: &str, values: &Values) -> String {
             other => other.to_string(),
         };
         match key.path.split_once('.') {
-            None => text += &format!("{} = {value} # {}\n", key.path, key.meaning),
+            None => text += &commented(&format!("{} = {value}", key.path), &key.meaning),
             Some((table, name)) => {
-                *tables.entry(table).or_default() += &format!("{name} = {value} # {}\n", key.meaning);
+                *tables.entry(table).or_default() += &commented(&format!("{name} = {value}"), &key.meaning);
             }
         }
     }

@@ -56,6 +56,7 @@ pub mod file;
 pub mod footprint;
 mod foreseen;
 pub mod key;
+pub mod lines;
 pub mod lock;
 pub mod memory;
 pub mod method;

@@ -19,20 +19,6 @@ use crate::regular_file;
 /// Name of the file.
 pub const SHARD: &str = "shard.json";
 
-/// End of the name of the file beside a table that is a part by itself.
-pub const BESIDE: &str = ".shard.json";
-
-/// The manifest of a place: in a directory, or beside a table.
-#[must_use]
-pub fn manifest_of(place: &Path) -> PathBuf {
-    if !place.is_file() {
-        return place.join(SHARD);
-    }
-    let mut name = place.as_os_str().to_owned();
-    name.push(BESIDE);
-    name.into()
-}
-
 /// Stands between kinds of machines, where the parts of a part come from several.
 const BETWEEN: &str = ", ";
 

@@ -56,7 +56,7 @@ const ALGORITHMS: [(&str, &str); 7] = [
     ("ant-colony", "ant colony"),
     ("differential-evolution", "differential evolution"),
     ("cma-es", "CMA-ES"),
-    (AFTER_CYCLE, "cooperation, exchange after the cycle"),
+    (AFTER_CYCLE, "cooperation with exchange after the cycle"),
 ];
 
 /// The values of a mission that choose an algorithm: the cooperation has the exchange of the paper unless another one is named.

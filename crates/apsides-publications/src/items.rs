@@ -81,7 +81,13 @@ impl PaperItem {
         let findings = sheets.iter().filter(|s| s.id == of).flat_map(|s| &s.findings);
         let found: Vec<&str> =
             findings.filter_map(|f| Some(f.strip_prefix(start)?.trim_start_matches([':', ' ']))).collect();
-        if found.is_empty() { stated() } else { found.join("; ") }
+        match found.split_last() {
+            None => stated(),
+            Some((last, others)) => {
+                let others = others.iter().map(|finding| finding.trim_end_matches('.'));
+                others.chain([*last]).collect::<Vec<_>>().join("; ")
+            }
+        }
     }
 }
 
@@ -187,6 +193,9 @@ mod tests {
         let mut sheet = Sheet::new("figures", "cases", "case", &[]);
         sheet.findings = vec!["Figs 2, 3: beyond the criterion".into(), "Figs 20, 21: held".into()];
         assert_eq!(item.verdict_by(&[sheet.clone()]), "beyond the criterion");
+        // Several stand in one sentence.
+        sheet.findings = vec!["Figs 2, 3: held.".into(), "Figs 2, 3: damped.".into()];
+        assert_eq!(item.verdict_by(&[sheet.clone()]), "held; damped.");
         sheet.id = "another";
         assert_eq!(item.verdict_by(&[sheet]), "reproduced");
     }

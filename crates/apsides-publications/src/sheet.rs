@@ -32,6 +32,8 @@ pub struct Column {
     pub key: &'static str,
     /// Digits after the point.
     pub decimals: usize,
+    /// True where one stands for yes and zero for no.
+    pub is_flag: bool,
 }
 
 /// A row of a [`Sheet`].
@@ -54,7 +56,7 @@ pub struct Graph {
     pub x: (&'static str, &'static str),
     /// Name and unit of the ordinate.
     pub y: (&'static str, &'static str),
-    /// Series, in the order of their colours.
+    /// Series, in the order of their colours; one without points keeps its colour free.
     pub series: Vec<GraphSeries>,
 }
 
@@ -76,8 +78,17 @@ impl Sheet {
         heading: &'static str,
         columns: &[(&'static str, usize)],
     ) -> Self {
-        let columns = columns.iter().map(|&(key, decimals)| Column { key, decimals }).collect();
+        let columns =
+            columns.iter().map(|&(key, decimals)| Column { key, decimals, is_flag: false }).collect();
         Self { id, title: title.into(), heading, columns, ..Self::default() }
+    }
+
+    /// The same sheet, whose columns of these keys say yes or no.
+    pub(super) fn with_flags(mut self, keys: &[&str]) -> Self {
+        for column in self.columns.iter_mut().filter(|column| keys.contains(&column.key)) {
+            column.is_flag = true;
+        }
+        self
     }
 
     pub(super) fn push(&mut self, label: impl Into<String>, values: Vec<Option<f64>>) {

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use apsides_pipeline::unit_ending::quantity_label;
-use apsides_report::{Axis, Figure, Series};
+use apsides_report::{Axis, Figure, Series, with_scale};
 
-use crate::sheet::{Graph, Sheet};
+use crate::sheet::{Column, Graph, GraphSeries, Sheet};
 
 /// Widest line of a column's head in a terminal.
 const HEAD_WIDTH: usize = 12;
@@ -89,19 +89,29 @@ pub(crate) fn records(sheet: &Sheet) -> impl Iterator<Item = [String; 4]> + '_ {
 pub(crate) fn figure(graph: &Graph) -> Figure {
     let axis = |(name, unit): (&str, &str)| Axis::new(name, unit);
     let mut figure = Figure::new(graph.title.clone(), axis(graph.x), axis(graph.y));
-    for (k, s) in graph.series.iter().enumerate() {
+    let drawn = |s: &&GraphSeries| !(s.line.is_empty() && s.dots.is_empty());
+    for (k, s) in graph.series.iter().enumerate().filter(|(_, s)| drawn(s)) {
         figure = figure
             .with(Series::line(s.label.clone(), s.line.clone()).colored(k))
             .with(Series::dots("", s.dots.clone()).colored(k));
     }
-    figure
+    with_scale(figure)
 }
 
 /// Numbers of a row as text, `-` for what is missing.
 pub(crate) fn cells(sheet: &Sheet, row: usize) -> Vec<String> {
     (sheet.columns.iter().zip(&sheet.rows[row].values))
-        .map(|(c, value)| value.map_or_else(|| "-".into(), |v| rounded(v, c.decimals)))
+        .map(|(c, value)| value.map_or_else(|| "-".into(), |v| shown(*c, v)))
         .collect()
+}
+
+/// A value of a column: a number, or yes or no.
+fn shown(column: Column, value: f64) -> String {
+    match (column.is_flag, value == 0.0) {
+        (false, _) => rounded(value, column.decimals),
+        (true, true) => "no".into(),
+        (true, false) => "yes".into(),
+    }
 }
 
 /// A number with so many decimals; what rounds to zero has no sign.
@@ -134,7 +144,15 @@ fn wrapped(label: &str) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::rounded;
+    use super::{rounded, shown};
+    use crate::sheet::Column;
+
+    #[test]
+    fn flags_are_words() {
+        let flag = Column { key: "printed_is_reproduced", decimals: 0, is_flag: true };
+        assert_eq!([0.0, 1.0].map(|v| shown(flag, v)), ["no", "yes"]);
+        assert_eq!(shown(Column { is_flag: false, ..flag }, 1.0), "1");
+    }
 
     #[test]
     fn what_rounds_to_zero_has_no_sign() {

@@ -10,6 +10,8 @@ use crate::figure::{Axis, Figure, Series, Span};
 /// The flight on a page, beside what every outcome has.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Presentation {
+    /// The heading of the page; the kind of the mission where it is empty.
+    pub heading: String,
     /// The subject in a few words, with which the page begins.
     pub title: String,
     /// Figures of the flight as a whole: its path about the body and over ground, its end, and those of the mission's own.
@@ -46,12 +48,13 @@ impl Presentation {
         let is_owned =
             |figure: &Figure| owned.contains(&labels(figure)) || has_altitude && figure.title == PROFILE;
         paths.retain(|figure| !is_owned(figure));
-        let shown = own.into_iter().map(scaled);
+        let shown = own.into_iter().map(with_scale);
         // What the mission draws over time itself is not drawn twice.
         let is_drawn = |history: &Figure| in_time.iter().any(|figure| figure.y.label == history.y.label);
         let mut histories = flight.map(histories).unwrap_or_default();
         histories.retain(|history| !is_drawn(history));
         Self {
+            heading: String::new(),
             title: title.into(),
             paths: paths.into_iter().chain(shown).collect(),
             histories: in_time.into_iter().chain(histories).collect(),
@@ -72,7 +75,8 @@ pub fn curve_figures(curves: &[Curve]) -> Vec<Figure> {
 }
 
 /// Lengths, and coordinates without a unit, with one scale where they spread alike; a map with one scale in its middle.
-fn scaled(figure: Figure) -> Figure {
+#[must_use]
+pub fn with_scale(figure: Figure) -> Figure {
     if figure.x.label == "longitude" && figure.y.label == "latitude" && figure.y.unit == "deg" {
         let ratio = ratio_of_map(figure.series.iter().flat_map(|s| s.points.iter().map(|p| p[1])));
         return figure.to_scale(ratio);
@@ -318,7 +322,7 @@ impl<'a> Path<'a> {
         }
         let figure = Figure::new(
             "The last kilometre above the end, to scale",
-            Axis::new("distance from the end", "m"),
+            Axis::new("distance over ground from the end", "m"),
             Axis::new("height above the end", "m").including(0.0),
         );
         Some(figure.with(Series::line("flight", points).colored(0)).to_scale(1.0))

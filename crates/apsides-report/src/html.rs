@@ -43,7 +43,7 @@ pub fn render_html(outcome: &Outcome, figures: &[Figure]) -> Result<String, Repo
 pub fn render_page(outcome: &Outcome, shown: &Presentation) -> Result<String, ReportError> {
     let standard = StandardFigures::new(&outcome.ocp, &outcome.trajectory)?;
     let summary = &outcome.summary;
-    let mut page = begin(&summary.mission);
+    let mut page = begin(if shown.heading.is_empty() { &summary.mission } else { &shown.heading });
     header(&mut page, outcome, &shown.title);
     figures(&mut page, &shown.paths);
     let sites = site_pictures(&outcome.decisions.sites)?;

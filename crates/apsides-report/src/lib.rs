@@ -95,7 +95,7 @@ pub use directory::{read_outcome_trajectory, write_outcome, write_outcome_with};
 pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
 pub use files::{Item, ephemeris_files, json, replace, table_error};
-pub use flight_figures::{Presentation, curve_figures};
+pub use flight_figures::{Presentation, curve_figures, with_scale};
 pub use footprint::{footprint_map, write_footprint};
 pub use hazard_picture::HazardPicture;
 pub use html::{headline_beside_objective, render_html, render_page};

@@ -62,14 +62,18 @@ impl Page {
         html::map(&mut self.text, title, picture);
     }
 
-    /// A table under its heads. Cells that begin as numbers do stand to the right.
+    /// A table under its heads. Columns of numbers stand to the right, those with a word to the left. Cells beyond the heads are left out.
     pub fn table(&mut self, heads: &[&str], rows: &[Vec<String>]) {
         let class = if heads.len() > DENSE { " class=\"dense\"" } else { "" };
         let _ = write!(self.text, "<div class=\"card\"><table{class}>\n<thead><tr>");
-        for (k, head) in heads.iter().enumerate() {
-            let is_numeric = |row: &Vec<String>| row.get(k).is_some_and(|cell| is_number(cell));
-            let class =
-                if !rows.is_empty() && rows.iter().all(is_numeric) { " class=\"number\"" } else { "" };
+        let classes: Vec<&str> = (0..heads.len())
+            .map(|k| {
+                let cells = || rows.iter().filter_map(|row| row.get(k)).filter(|cell| *cell != MISSING);
+                let is_numeric = cells().next().is_some() && cells().all(|cell| is_number(cell));
+                if is_numeric { " class=\"number\"" } else { "" }
+            })
+            .collect();
+        for (head, class) in heads.iter().zip(&classes) {
             // Names of keys and results are broken where a word of theirs ends.
             let head = escape(head).replace('_', "_<wbr>");
             let _ = write!(self.text, "<th{class}>{head}</th>");
@@ -77,8 +81,7 @@ impl Page {
         self.text.push_str("</tr></thead>\n<tbody>\n");
         for row in rows {
             self.text.push_str("<tr>");
-            for cell in row {
-                let class = if is_number(cell) { " class=\"number\"" } else { "" };
+            for (cell, class) in row.iter().zip(&classes) {
                 let _ = write!(self.text, "<td{class}>{}</td>", escape(cell));
             }
             self.text.push_str("</tr>\n");
@@ -128,9 +131,12 @@ impl Page {
 /// Columns from which a table has small letters.
 const DENSE: usize = 9;
 
-/// True of a number with or without a sign, and of the dash that stands for a missing one.
+/// Stands for what is missing.
+const MISSING: &str = "-";
+
+/// True of a number with or without a sign.
 fn is_number(cell: &str) -> bool {
-    cell == "-" || cell.replace('\u{2212}', "-").parse::<f64>().is_ok()
+    cell.replace('\u{2212}', "-").parse::<f64>().is_ok()
 }
 
 #[cfg(test)]
@@ -142,7 +148,8 @@ mod tests {
     fn what_is_written_stands_for_itself() {
         let mut page = Page::new("a < b");
         page.lead("\"so\"");
-        page.table(&["x & y"], &[vec!["<b>".into(), "-1.5".into(), "-".into(), "1 to 2".into()]]);
+        let rows = [["<b>", "-1.5", "-", "-"], ["3", "-", "1 to 2", "-"]];
+        page.table(&["x & y", "z", "u", "v"], &rows.map(|row| row.map(String::from).to_vec()));
         page.list(Vec::<String>::new());
         page.links(&[("a.toml", "apsides solve a".into())]);
         let curve = Figure::new("curve", Axis::new("x", "m"), Axis::new("y", "m"));
@@ -152,7 +159,8 @@ mod tests {
             "<h1>a &lt; b</h1>",
             "&quot;so&quot;",
             "<th>x &amp; y</th>",
-            "<td>&lt;b&gt;</td><td class=\"number\">-1.5</td><td class=\"number\">-</td><td>1 to 2</td>",
+            "<td>&lt;b&gt;</td><td class=\"number\">-1.5</td><td>-</td><td>-</td>",
+            "<td>3</td><td class=\"number\">-</td><td>1 to 2</td><td>-</td>",
             "<a href=\"a.toml\">a.toml</a>: <code>apsides solve a</code>",
             "<figcaption>curve</figcaption>",
         ] {

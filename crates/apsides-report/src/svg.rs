@@ -138,7 +138,10 @@ impl Drawing {
             (x_ends, y) = (x_wide.to_vec(), layout_y(&y_wide, 0.0));
         }
         let bottom = height - FOOT;
-        let x = AxisLayout::new(&figure.x, x_ends.into_iter(), 0.0, 7);
+        // A dot on the frame is half a dot.
+        let dots_alone = figure.series.iter().all(|s| s.style == SeriesStyle::Dots || s.points.is_empty());
+        let x_padding = if dots_alone && figure.scale_ratio.is_none() { Y_PADDING } else { 0.0 };
+        let x = AxisLayout::new(&figure.x, x_ends.into_iter(), x_padding, 7);
         Self { x, left: left_of(&y), y, right, top, bottom, height }
     }
 

@@ -9,11 +9,11 @@ use super::SampleFormat;
 /// Arguments of `merge`.
 #[derive(Debug, Args)]
 pub(crate) struct MergeArguments {
-    /// Directories of parts of a Monte Carlo run, tables of parts of a sweep, or a directory with them.
+    /// Directories of parts of a Monte Carlo run or a sweep, or a directory with them.
     #[arg(required = true, value_name = "PART")]
     pub(crate) parts: Vec<PathBuf>,
-    /// Write what the whole run would have written: into this directory, or this table of a sweep.
-    #[arg(short, long, value_name = "PATH")]
+    /// Write what the whole run would have written into this directory.
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// The parts need not be the whole run, but without a gap between them: they make a larger part.
     #[arg(long)]

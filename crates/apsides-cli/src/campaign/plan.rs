@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use apsides::pipeline::digest::sha256;
 use apsides::pipeline::regular_file;
-use apsides::pipeline::shard::{Shard, manifest_of};
+use apsides::pipeline::shard::{SHARD, Shard};
 use clap::Parser as _;
 use serde::Deserialize;
 
@@ -255,17 +255,9 @@ impl Plan {
         self.out().join("shards")
     }
 
-    /// The joined shards: a directory, or the table of a sweep.
+    /// The directory of the joined shards.
     pub(crate) fn merged(&self) -> PathBuf {
-        self.place(self.out().join("merged"))
-    }
-
-    /// A place for results: a directory of this name, or a table.
-    fn place(&self, name: PathBuf) -> PathBuf {
-        match self.command {
-            CommandWord::Montecarlo => name,
-            CommandWord::Sweep => name.with_extension("csv"),
-        }
+        self.out().join("merged")
     }
 
     /// Samples or cases of the whole run.
@@ -283,18 +275,9 @@ impl Plan {
         shard * size..((shard + 1) * size).min(self.total())
     }
 
-    /// The results of a shard: a directory, or the table of a sweep.
+    /// The directory of the results of a shard, which its process locks.
     pub(crate) fn shard_place(&self, shard: usize) -> PathBuf {
-        self.place(self.shards_directory().join(format!("{shard:06}")))
-    }
-
-    /// The directory that the process of a shard locks.
-    pub(crate) fn locked(&self, shard: usize) -> PathBuf {
-        let place = self.shard_place(shard);
-        match self.command {
-            CommandWord::Montecarlo => place,
-            CommandWord::Sweep => crate::sweep::partial(&place),
-        }
+        self.shards_directory().join(format!("{shard:06}"))
     }
 
     /// The manifest of a shard that has all its samples or cases.
@@ -347,7 +330,7 @@ impl Plan {
 
 /// The manifest of a place where all is there.
 pub(crate) fn complete(place: &Path) -> Option<Shard> {
-    let manifest = manifest_of(place);
+    let manifest = place.join(SHARD);
     if !manifest.exists() {
         return None;
     }

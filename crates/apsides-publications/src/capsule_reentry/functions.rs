@@ -122,7 +122,7 @@ pub(super) fn optima() -> Sheet {
         ),
         format!(
             "With the exponent 0.5 the function (5) is nowhere negative and (0, 0) is a global minimiser, but not the only one: the \
-             value at ({:.8}, 0) is {:.0e}.",
+             value at ({:.8}, 0) is {:.9}.",
             second_zero(),
             linear.value([second_zero(), 0.0]),
         ),

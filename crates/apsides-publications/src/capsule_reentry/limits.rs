@@ -54,7 +54,7 @@ pub(super) fn table<'a>(
         "Limits, model {}: least heat load, beside the reference on 60 elements (Table 2 of the paper)",
         model.name()
     );
-    let mut sheet = Sheet::new(id, title, "limits (kPa / m/s2 / kW/m2)", COLUMNS);
+    let mut sheet = Sheet::new(id, title, "limits (kPa / m/s2 / kW/m2)", COLUMNS).with_flags(&["verified"]);
     let results = workers.all(rows, |row, observer| {
         match solve_twice(model, row.limits, Begin::Straight, observer) {
             Err(Stop::NotSolved(_)) => {
@@ -87,6 +87,10 @@ pub(super) fn table<'a>(
     Ok((sheet, found))
 }
 
+fn first_mesh(solved: &SolveNumbers) -> Option<f64> {
+    solved.first_mesh_iterations.map(|iterations| iterations as f64)
+}
+
 fn values(reference: &ReferenceRow, solved: Option<&SolveNumbers>, tolerance: f64) -> Vec<Option<f64>> {
     let of = |value: fn(&SolveNumbers) -> f64| solved.map(value);
     let by_limit = |k: usize| solved.and_then(|s| s.by_limit[k]);
@@ -102,8 +106,8 @@ fn values(reference: &ReferenceRow, solved: Option<&SolveNumbers>, tolerance: f6
         by_limit(1),
         by_limit(2),
         of(|s| f64::from(u8::from(s.verified))),
-        of(|s| s.iterations[0] as f64),
-        of(|s| s.iterations[1] as f64),
+        solved.and_then(first_mesh),
+        of(|s| s.iterations as f64),
         of(|s| s.meshes as f64),
         of(|s| s.times[1]),
     ]
@@ -267,7 +271,8 @@ pub(super) fn layers(
             ("of_it_search_time_s", 2),
             ("heat_loads_differ_by_mj_m2", 7),
         ],
-    );
+    )
+    .with_flags(&["straight_solved", "two_layer_solved"]);
     let jobs: Vec<(Model, Limits)> =
         tables.iter().flat_map(|(m, _)| combinations.iter().map(move |l| (*m, *l))).collect();
     let searched =
@@ -292,12 +297,12 @@ pub(super) fn layers(
             format!("{}, {}", model.name(), label(*limits)),
             vec![
                 flag(&straight),
-                of(&straight, |s| s.iterations[0] as f64),
-                of(&straight, |s| s.iterations[1] as f64),
+                straight.as_ref().and_then(first_mesh),
+                of(&straight, |s| s.iterations as f64),
                 of(&straight, |s| s.times[1]),
                 flag(&two),
-                of(&two, |s| s.iterations[0] as f64),
-                of(&two, |s| s.iterations[1] as f64),
+                two.as_ref().and_then(first_mesh),
+                of(&two, |s| s.iterations as f64),
                 of(&two, |s| s.times[0] + s.times[1]),
                 of(&two, |s| s.times[0]),
                 difference,
@@ -312,15 +317,11 @@ pub(super) fn layers(
 /// Says what the search layer buys.
 fn buys(pairs: &[[Option<SolveNumbers>; 2]]) -> Vec<String> {
     let count = |k: usize| pairs.iter().filter(|p| p[k].is_some()).count();
-    let of = |k: usize, value: fn(&SolveNumbers) -> f64| {
-        median(pairs.iter().filter_map(|p| p[k].as_ref()).map(value)).unwrap_or(f64::NAN)
+    let of = |k: usize, value: fn(&SolveNumbers) -> Option<f64>| {
+        median(pairs.iter().filter_map(|p| p[k].as_ref()).filter_map(value)).unwrap_or(f64::NAN)
     };
     let [straight, two] = [0, 1].map(|k| {
-        [
-            of(k, |s| s.iterations[0] as f64),
-            of(k, |s| s.iterations[1] as f64),
-            of(k, |s| s.times[0] + s.times[1]),
-        ]
+        [of(k, first_mesh), of(k, |s| Some(s.iterations as f64)), of(k, |s| Some(s.times[0] + s.times[1]))]
     });
     let same = pairs.iter().filter_map(|[a, b]| Some((a.as_ref()?.heat_load - b.as_ref()?.heat_load).abs()));
     vec![

@@ -77,8 +77,10 @@ pub(super) struct SolveNumbers {
     /// Checks of the certificate that fail.
     pub(super) failed_checks: Vec<String>,
     pub(super) verified: bool,
-    /// Iterations on the first mesh, and on all.
-    pub(super) iterations: [usize; 2],
+    /// Iterations on the first mesh; none of a solve that was kept, of which nobody saw the iterations.
+    pub(super) first_mesh_iterations: Option<usize>,
+    /// Iterations on all meshes.
+    pub(super) iterations: usize,
     pub(super) meshes: usize,
     /// Times of the search and of the rest, s.
     pub(super) times: [f64; 2],
@@ -203,8 +205,9 @@ fn solved(outcome: &Outcome, limits: Limits, iterations: &[usize]) -> SolveNumbe
             .chain(outcome.explanation.as_ref().map(|_| summary.status.clone()))
             .collect(),
         verified: summary.certificate.is_verified() && outcome.explanation.is_none(),
-        iterations: [iterations.first().copied().unwrap_or(0), iterations.iter().sum()],
-        meshes: iterations.len(),
+        first_mesh_iterations: iterations.first().copied(),
+        iterations: summary.counters.iterations,
+        meshes: summary.counters.mesh_iterations,
         times: [search / 1e3, (summary.timing_ms.solve - search) / 1e3],
         bank: bank(&outcome.trajectory),
         loads: [0, 1, 2].map(|k| load(outcome, k, limits[k])),

@@ -12,6 +12,8 @@ const LIMITED: [(&str, &str, &str); 3] = [
     ("acceleration", "m/s2", "Figs 17 to 19"),
     ("heat rate", "kW/m2", "Figs 14 to 16"),
 ];
+/// The order of their figures.
+const IN_THE_PAPER: [usize; 3] = [0, 2, 1];
 /// Files of model E: the quantity itself, the bank angle, the six states.
 const FILES_E: [[&str; 8]; 3] = [
     [
@@ -55,7 +57,8 @@ const FILES_U: [[&str; 2]; 3] = [
 /// A figure a quantity, of all limits of a kind that stand alone and of the flight without limits.
 pub(super) fn graphs(model: Model, found: &[Found<'_>]) -> Vec<Graph> {
     let mut graphs = Vec::new();
-    for (k, (limited, unit, figures)) in LIMITED.into_iter().enumerate() {
+    for k in IN_THE_PAPER {
+        let (limited, unit, figures) = LIMITED[k];
         let files: &[&'static str] = match model {
             Model::E => &FILES_E[k],
             Model::U => &FILES_U[k],

@@ -111,18 +111,18 @@ const COLUMNS: &[(&str, usize)] = &[
     ("searches", 0),
     ("median_excess_percent", 3),
     ("reference_excess_percent", 3),
-    ("flights_to_5_percent", 0),
-    ("reached_5_percent", 0),
-    ("reference_flights_to_5_percent", 0),
-    ("reference_reached_5_percent", 0),
-    ("flights_to_2_percent", 0),
-    ("reached_2_percent", 0),
-    ("reference_flights_to_2_percent", 0),
-    ("reference_reached_2_percent", 0),
-    ("flights_to_1_percent", 0),
-    ("reached_1_percent", 0),
-    ("reference_flights_to_1_percent", 0),
-    ("reference_reached_1_percent", 0),
+    ("flights_to_5_percent_excess", 0),
+    ("reached_5_percent_excess", 0),
+    ("reference_flights_to_5_percent_excess", 0),
+    ("reference_reached_5_percent_excess", 0),
+    ("flights_to_2_percent_excess", 0),
+    ("reached_2_percent_excess", 0),
+    ("reference_flights_to_2_percent_excess", 0),
+    ("reference_reached_2_percent_excess", 0),
+    ("flights_to_1_percent_excess", 0),
+    ("reached_1_percent_excess", 0),
+    ("reference_flights_to_1_percent_excess", 0),
+    ("reference_reached_1_percent_excess", 0),
 ];
 
 pub(super) fn sheet(
@@ -360,7 +360,8 @@ fn profiles(forms: &[Form], groups: &[Group], optimum: &SolveNumbers) -> Vec<Gra
             line: of(flight),
             dots: Vec::new(),
         });
-        let title = format!("Figs 7 to 10: {}, optimum and best profiles by the cooperation", y.0);
+        let subject = if x == TIME { y.0 } else { "path over the ground" };
+        let title = format!("Figs 7 to 10: {subject}, optimum and best profiles by the cooperation");
         Graph { file, title, x, y, series: series.collect() }
     };
     let [bank_file, state_files @ .., path_file] = &PROFILE_FILES;

@@ -129,7 +129,8 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
         "Main braking from the perilune to 3 km: least propellant beside the reference (indirect shooting, residual below 1e-10)",
         "case",
         COLUMNS,
-    );
+    )
+    .with_flags(&["verified"]);
     let solved = workers.all(&ROWS, solve_row)?;
     let mut graph = Vec::new();
     let mut found = Vec::new();
@@ -153,8 +154,8 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     sheet.graphs = vec![Graph {
         file: "braking_profile.svg",
         title: "Main braking in the plane: altitude over the way on the ground".into(),
-        x: ("way", "m"),
-        y: ("altitude", "m"),
+        x: ("way on the ground", "m"),
+        y: ("altitude over the mean radius", "m"),
         series: graph,
     }];
     Ok(sheet)

@@ -1,5 +1,7 @@
 //! Rows of a printed value, one found here and one of the reference, with a verdict.
 
+use apsides_report::measure;
+
 use crate::sheet::Sheet;
 
 /// A value with what it may differ by.
@@ -49,7 +51,8 @@ pub(super) fn sheet(id: &'static str, title: &str, rows: Vec<Compared<'_>>) -> S
     let any_printed = rows.iter().any(|r| r.printed.is_some());
     let shown = |key: &str| any_printed || !key.starts_with("printed");
     let columns: Vec<(&'static str, usize)> = COLUMNS.iter().copied().filter(|(key, _)| shown(key)).collect();
-    let mut sheet = Sheet::new(id, title, "quantity", &columns);
+    let mut sheet = Sheet::new(id, title, "quantity", &columns)
+        .with_flags(&["printed_is_reproduced", "reference_is_reproduced"]);
     for row in rows {
         let off = |k: Known| (k.value - row.found).abs();
         let holds = |k: Known| off(k) <= k.within;
@@ -72,10 +75,10 @@ pub(super) fn sheet(id: &'static str, title: &str, rows: Vec<Compared<'_>>) -> S
         }
         if let Some(known) = row.reference.filter(|k| !holds(*k)) {
             sheet.findings.push(format!(
-                "{}: differs from the reference by {:.3e}, more than {:.0e}.",
+                "{}: differs from the reference by {}, more than {}.",
                 row.label,
-                row.found - known.value,
-                known.within
+                measure(row.found - known.value, ""),
+                measure(known.within, "")
             ));
         }
     }

@@ -39,9 +39,9 @@ const SPREADS: [(&str, &str, f64, f64); 6] = [
     ("up_m", "upwards, m", 602.9219, 593.3052),
     ("along_m", "along, m", 492.3205, 515.6662),
     ("across_m", "across, m", 487.9940, 514.3924),
-    ("up_m_s", "upwards, m/s", 1.214_649, 1.201_086),
-    ("along_m_s", "along, m/s", 0.904_155, 0.927_618),
-    ("across_m_s", "across, m/s", 0.892_073, 0.926_647),
+    ("up_speed_m_s", "upwards, m/s", 1.214_649, 1.201_086),
+    ("along_speed_m_s", "along, m/s", 0.904_155, 0.927_618),
+    ("across_speed_m_s", "across, m/s", 0.892_073, 0.926_647),
 ];
 /// Dots of a figure.
 const DOTS: usize = 1500;

@@ -123,9 +123,10 @@ fn thrust_graph(k: usize, stages: &[StagePath]) -> Graph {
     let line = |s: &StagePath| {
         s.thrusts.iter().filter_map(|(time, thrust)| Some([*time, thrust_angles(*thrust)[k]?])).collect()
     };
-    let series =
-        stages.iter().map(|s| GraphSeries { label: s.name.clone(), line: line(s), dots: Vec::new() });
-    let series = series.filter(|s| !s.line.is_empty()).collect();
+    let series = stages
+        .iter()
+        .map(|s| GraphSeries { label: s.name.clone(), line: line(s), dots: Vec::new() })
+        .collect();
     Graph { file, title: title.into(), x: ("time", "s"), y, series }
 }
 
@@ -193,7 +194,16 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     }
     for (file, title, names) in PLANS {
         let [x, y] = IN_PLAN;
-        let series = names.iter().filter_map(|n| of(n)).map(|s| series(s, &s.name, plan_view)).collect();
+        // Each stage has the colour that it has in the other figures.
+        let series = stages.iter().map(|s| {
+            let line = if names.contains(&s.name.as_str()) {
+                s.places.iter().map(plan_view).collect()
+            } else {
+                Vec::new()
+            };
+            GraphSeries { label: s.name.clone(), line, dots: Vec::new() }
+        });
+        let series = series.collect();
         sheet.graphs.push(Graph { file, title: title.into(), x, y, series });
     }
     let aside = stages.iter().flat_map(|s| &s.places).map(|p| p[1].abs()).fold(0.0, f64::max);

@@ -103,13 +103,13 @@ const PRINTED_THRUST: f64 = 4900.0;
 pub(super) fn thrusts(thrusts: &[(f64, f64)], workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     let mut sheet = Sheet::new(
         "thrust",
-        "Main braking in the plane over the full thrust; the reference by collocation, some 1e-3 kg accurate",
+        "Main braking in the plane over the full thrust, nominal 7500 N; the reference by collocation, some 1e-3 kg accurate",
         "full thrust",
         &[
             ("final_mass_kg", 4),
             ("reference_kg", 4),
             ("found_less_reference_kg", 4),
-            ("less_than_with_7500_n_kg", 3),
+            ("less_than_nominal_kg", 3),
             ("flight_time_s", 2),
             ("central_angle_deg", 3),
         ],

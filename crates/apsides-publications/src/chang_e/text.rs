@@ -38,7 +38,8 @@ pub(super) fn errors(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             ("above_the_full_thrust_n", 2),
             ("printed_is_reproduced", 0),
         ],
-    );
+    )
+    .with_flags(&["printed_is_reproduced"]);
     let (mut right, mut rows, mut impossible, mut thrusts) = (0, 0, 0, 0);
     for (percent, quantities) in ERRORS {
         for (label, [initial, value, printed]) in QUANTITIES.iter().zip(quantities) {

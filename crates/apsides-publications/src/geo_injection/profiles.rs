@@ -108,6 +108,9 @@ fn along_velocity(stage: &Stage, burn: &PhaseTrajectory) -> Result<Vec<Instant>,
     Ok(flown)
 }
 
+/// Dots of the parking orbit and of the geostationary one.
+const CIRCLES: [usize; 2] = [24, 72];
+
 pub(super) fn sheet(stage: &Stage, solver: &mut Solver<'_>) -> Result<Sheet, Stop> {
     let columns = [
         ("burn_time_s", 2),
@@ -188,6 +191,18 @@ pub(super) fn sheet(stage: &Stage, solver: &mut Solver<'_>) -> Result<Sheet, Sto
             "optimal thrust leaves the velocity by up to {first:.1} deg in the first burn and {last:.1} deg in the last: the burns for the \
              same times along the velocity end on other orbits, and redesigned ones cost little (sheet sequences)"
         ));
+    }
+    for (label, radius, count) in [
+        ("parking orbit", stage.parking_radius, CIRCLES[0]),
+        ("geostationary orbit", stage.target_radius, CIRCLES[1]),
+    ] {
+        let place = |k: usize| {
+            let (sin, cos) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
+            [radius * cos, radius * sin]
+        };
+        // Dots, so that a burn along an orbit is seen.
+        let dots = (0..count).map(place).collect();
+        plane.series.push(GraphSeries { label: label.into(), line: Vec::new(), dots });
     }
     sheet.graphs = graphs;
     sheet.graphs.push(plane);

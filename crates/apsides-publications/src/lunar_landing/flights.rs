@@ -125,9 +125,9 @@ pub(super) fn dispersion(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             ("up_m", 2),
             ("along_m", 1),
             ("across_m", 1),
-            ("up_m_s", 3),
-            ("along_m_s", 3),
-            ("across_m_s", 3),
+            ("up_speed_m_s", 3),
+            ("along_speed_m_s", 3),
+            ("across_speed_m_s", 3),
             ("final_mass_kg", 4),
         ],
     );
@@ -154,10 +154,11 @@ pub(super) fn dispersion(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             };
             let (flown, statistics) = run.run(&mission, &plan, Vec::new(), |_| true)?;
             let failed = flown.iter().filter(|s| s.results.iter().any(|v| !v.is_finite())).count();
-            let keys = ["up_m", "along_m", "across_m", "up_m_s", "along_m_s", "across_m_s", "final_mass_kg"];
-            let sigma = |key: &&str| statistics.spread(key).map(|s| s.sigma);
             let mut values = vec![Some(flown.len() as f64), Some(failed as f64)];
-            values.extend(keys.iter().map(sigma));
+            // The other columns have the names of results.
+            let of_results: Vec<&str> =
+                sheet.columns.iter().skip(values.len()).map(|column| column.key).collect();
+            values.extend(of_results.iter().map(|key| statistics.spread(key).map(|s| s.sigma)));
             sheet.push(format!("{label}, {steering}"), values);
         }
     }

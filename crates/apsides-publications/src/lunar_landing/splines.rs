@@ -209,9 +209,10 @@ pub(super) fn rise(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             ("flight_time_with_impulse_s", 3),
             ("best_impulse_m_s", 2),
             ("propellant_with_best_impulse_kg", 4),
-            ("best_verified", 0),
+            ("best_is_verified", 0),
         ],
-    );
+    )
+    .with_flags(&["best_is_verified"]);
     let rows = workers.all(&PERILUNES_KM, |&perilune, observer| {
         let mut start = None;
         let mut solve = |impulse: f64| {
@@ -269,10 +270,17 @@ pub(super) fn rise(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
         }
     }
     for (perilune, rise, impulse, price, size, gain, near_none) in prices {
+        let removal = if rise <= NO_RISE_M {
+            "the path does not rise".to_owned()
+        } else {
+            format!(
+                "the path rises by {rise:.0} m; {impulse:.1} m/s against the motion remove the rise and change the propellant by {price:+.3} kg, \
+                 the impulse being without losses"
+            )
+        };
         sheet.findings.push(format!(
-            "perilune at {perilune} km: the path rises by {rise:.0} m; {impulse:.1} m/s against the motion remove the rise and change the propellant \
-             by {price:+.3} kg, the impulse being without losses; the best impulse for the mass at touchdown is {size:.1} m/s, {gain:+.3} kg of \
-             propellant; a search from none ends at {near_none:.1} m/s"
+            "perilune at {perilune} km: {removal}; the best impulse for the mass at touchdown is {size:.1} m/s, {gain:+.3} kg of propellant; a search \
+             from none ends at {near_none:.1} m/s"
         ));
     }
     Ok(sheet)

@@ -149,7 +149,11 @@ pub(super) fn sheet(threads: usize) -> Result<Sheet, Stop> {
                 changed.push(format!("{label}: {before} with quasi-static masses, {after} with full ones"));
             }
         }
-        let names = STATIONS.map(|station| format!("full, {station} m"));
+        let names = STATIONS.map(|station| match station {
+            0.0 => "full, in the plane of the centre of mass".to_owned(),
+            ahead if ahead > 0.0 => format!("full, {ahead} m ahead"),
+            behind => format!("full, {} m behind", -behind),
+        });
         let series = flights.iter().zip(["quasi-static".to_owned()].into_iter().chain(names));
         sheet.graphs.push(Graph {
             file: compared.file,

@@ -209,7 +209,7 @@ pub(super) fn oscillation() -> Result<Sheet, Stop> {
                 Some(largest[1]),
             ],
         );
-        graph.series.push(GraphSeries { label: label.into(), line: angles, dots: Vec::new() });
+        graph.series.push(GraphSeries { label: format!("offset {label}"), line: angles, dots: Vec::new() });
     }
     let ratio = rms[1] / rms[0];
     sheet.findings.push(format!(

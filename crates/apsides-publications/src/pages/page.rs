@@ -8,7 +8,7 @@ use crate::sheet_text;
 use crate::{Reproduction, Sheet, Table, find};
 
 /// Tables, sheets, figures, verdicts, items, and the mission files (name and text) that stand beside the page.
-pub(super) fn html(done: &Reproduction, missions: &[(&str, &str)]) -> String {
+pub(super) fn html<'a>(done: &Reproduction, missions: &[(&'a str, &str)]) -> String {
     let mut page = Page::new(done.title);
     page.lead(&format!("Source of the printed values: {}.", done.source));
     if !done.complete {
@@ -16,8 +16,12 @@ pub(super) fn html(done: &Reproduction, missions: &[(&str, &str)]) -> String {
     }
     if !missions.is_empty() {
         page.heading("Missions to run");
-        let solve = |file: &str| format!("apsides solve {file}");
-        let links: Vec<(&str, String)> = missions.iter().map(|(file, _)| (*file, solve(file))).collect();
+        let registry = apsides_missions::registry();
+        let run = |(file, text): &(&'a str, &str)| {
+            let is_simulated = registry.parse(text, file, &[]).is_ok_and(|mission| mission.is_simulated());
+            (*file, format!("apsides {} {file}", if is_simulated { "simulate" } else { "solve" }))
+        };
+        let links: Vec<(&str, String)> = missions.iter().map(run).collect();
         page.links(&links);
     }
     for table in done.tables.iter().filter(|t| !t.rows.is_empty()) {

@@ -101,8 +101,8 @@ fn sheet() -> Sheet {
         title: "Table 7".into(),
         heading: "flight",
         columns: vec![
-            Column { key: "semi_major_axis_km", decimals: 1 },
-            Column { key: "eccentricity", decimals: 4 },
+            Column { key: "semi_major_axis_km", decimals: 1, is_flag: false },
+            Column { key: "eccentricity", decimals: 4, is_flag: false },
         ],
         rows: vec![
             SheetRow { label: "printed".into(), values: vec![Some(24_588.04), None] },
@@ -196,4 +196,25 @@ fn the_missions_of_a_publication_stand_beside_its_page() {
         assert_eq!(mission_files(publication.name).len(), publication.missions.len(), "{}", publication.name);
     }
     assert!(mission_files("paper").is_empty());
+}
+
+/// A mission under a law has no solve.
+#[test]
+fn a_page_names_the_command_of_each_mission() {
+    for (name, command) in [
+        ("moving-mass", "apsides simulate moving-mass-cross.toml"),
+        ("geo-injection", "apsides solve geo-2-burn.toml"),
+    ] {
+        let page = page::html(&Reproduction { name, ..reproduction(0) }, &mission_files(name));
+        assert!(page.contains(&format!("<code>{command}</code>")), "{page}");
+    }
+}
+
+#[test]
+fn a_series_without_points_keeps_its_colour_free() {
+    let [graph] = &sheet().graphs[..] else { panic!("one figure") };
+    let empty = GraphSeries { label: "coast".into(), line: Vec::new(), dots: Vec::new() };
+    let series = std::iter::once(empty).chain(graph.series.clone()).collect();
+    let figure = sheet::figure(&Graph { series, ..graph.clone() });
+    assert_eq!(figure.legend(), "Fregat vermilion");
 }

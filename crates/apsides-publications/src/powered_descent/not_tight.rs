@@ -17,7 +17,12 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
         "not-tight",
         "Case e: the relaxation, and the flight whose thrust goes from side to side at first",
         "flight",
-        &[("best_time_kg", 4), ("best_time_s", 3), ("printed_time_kg", 4), ("sideways_m", 2)],
+        &[
+            ("propellant_at_best_time_kg", 4),
+            ("best_time_s", 3),
+            ("propellant_at_printed_time_kg", 4),
+            ("sideways_m", 2),
+        ],
     );
     let Some(case) = CASES.iter().find(|c| c.name == "e") else { return Ok(sheet) };
     let [printed_kg, printed_s] = case.printed;

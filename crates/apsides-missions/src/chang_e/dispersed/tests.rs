@@ -299,15 +299,15 @@ fn guidance_laws_over_the_rotating_moon() {
     let (mission, plan) = planned();
     let s = flown(&mission, &plan, &run(Guidance::Polynomial));
     assert_eq!((s.failed, s.within_1_m), (0, Some(1.0)));
-    for name in ["up_m_s", "along_m_s", "across_m_s"] {
+    for name in ["up_speed_m_s", "along_speed_m_s", "across_speed_m_s"] {
         assert!(spread(&s, name).largest < TOUCHDOWN_M_S);
     }
     // One kilogram for not being an optimum.
     assert!((spread(&s, "final_mass_kg").mean - 1344.8).abs() < 0.5);
     let s = flown(&mission, &plan, &run(Guidance::LinearRadial(FeedForward::default())));
     assert_eq!((s.failed, s.within_1_m), (0, Some(0.0)));
-    assert!(spread(&s, "up_m").largest < 0.1 && spread(&s, "up_m_s").largest < 0.1);
-    assert!(spread(&s, "along_m_s").largest < 0.1 && spread(&s, "across_m_s").largest < 0.1);
+    assert!(spread(&s, "up_m").largest < 0.1 && spread(&s, "up_speed_m_s").largest < 0.1);
+    assert!(spread(&s, "along_speed_m_s").largest < 0.1 && spread(&s, "across_speed_m_s").largest < 0.1);
     // Where the flight ends is what comes out, farther than the optimum by two kilometres.
     let along = spread(&s, "along_m");
     assert!((1.5e3..2.7e3).contains(&along.mean) && along.sigma > 200.0, "{along:?}");
