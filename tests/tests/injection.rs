@@ -387,7 +387,9 @@ fn from_a_transfer_orbit() {
         "{} {impulses}",
         of("impulsive_propellant_kg")
     );
-    assert!(of("propellant_kg") > impulses - IMPULSES_KG && of("propellant_kg") < (1.0 + TWO_BURNS) * impulses);
+    assert!(
+        of("propellant_kg") > impulses - IMPULSES_KG && of("propellant_kg") < (1.0 + TWO_BURNS) * impulses
+    );
     let propellant_of = |overrides: &[&str]| solve(overrides).summary.results["propellant_kg"];
     assert!(propellant_of(&[&e, "burns=1", "pattern=A"]) > of("propellant_kg"));
     let three = propellant_of(&[&e, "burns=3", "pattern=AAA"]);
