@@ -1,7 +1,10 @@
 //! Legendre-Gauss rules.
 
+use std::sync::Arc;
+
 use crate::legendre::{legendre, legendre_double};
 use crate::quadrature::{Root, check_points, differentiation_rows, integration_matrix, newton};
+use crate::shared::Shared;
 use crate::{Barycentric, BasisError};
 
 /// Legendre-Gauss rule of `N` points inside `(-1, 1)`.
@@ -17,7 +20,17 @@ pub struct Gauss {
     integration: Vec<f64>,
 }
 
+static RULES: Shared<Gauss> = Shared::new();
+
 impl Gauss {
+    /// The rule of `points` points, computed once in a process.
+    ///
+    /// # Errors
+    /// [`BasisError::PointCount`] outside 1 to [`MAX_POINTS`](crate::MAX_POINTS).
+    pub fn shared(points: usize) -> Result<Arc<Self>, BasisError> {
+        RULES.get(points, Self::new)
+    }
+
     /// The rule of `points` points, 1 to [`MAX_POINTS`](crate::MAX_POINTS).
     ///
     /// # Errors
@@ -57,13 +70,17 @@ impl Gauss {
 
     /// Coefficients of the Legendre polynomials of degree 0 to `N - 1` whose sum has these `N` values at the nodes.
     pub fn legendre_coefficients(&self, values: &[f64]) -> Vec<f64> {
-        let samples = || self.nodes.iter().zip(&self.weights).zip(values);
-        (0..self.points())
-            .map(|k| {
-                let sum: f64 = samples().map(|((&x, w), value)| w * value * legendre(k, x).0).sum();
-                (k as f64 + 0.5) * sum
-            })
-            .collect()
+        let mut coefficients = vec![0.0; self.points()];
+        for ((&x, weight), value) in self.nodes.iter().zip(&self.weights).zip(values) {
+            // (k + 1) P_{k+1} = (2 k + 1) x P_k - k P_{k-1}.
+            let (mut before, mut current) = (0.0, 1.0);
+            for (k, coefficient) in coefficients.iter_mut().enumerate() {
+                let k = k as f64;
+                *coefficient += (k + 0.5) * weight * value * current;
+                (before, current) = (current, ((2.0 * k + 1.0) * x * current - k * before) / (k + 1.0));
+            }
+        }
+        coefficients
     }
 
     /// The `N` collocation points, ascending.

@@ -56,6 +56,7 @@ mod legendre;
 mod lobatto;
 mod quadrature;
 mod radau;
+mod shared;
 #[cfg(test)]
 mod tests;
 

@@ -1,9 +1,10 @@
 //! Legendre-Gauss-Radau rules.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use crate::legendre::{legendre, legendre_double, legendre_pair};
 use crate::quadrature::{check_points, differentiation_rows, integration_matrix, newton};
+use crate::shared::Shared;
 use crate::{Barycentric, BasisError};
 
 /// Legendre-Gauss-Radau rule of `N` points on `[-1, 1)`: -1 is a point, +1 is not.
@@ -19,24 +20,15 @@ pub struct Lgr {
     integration: Vec<f64>,
 }
 
-/// Rules of at most so many points are kept.
-const KEPT: usize = 64;
-
-/// The rules that were asked for so far, by their numbers of points.
-static RULES: [OnceLock<Arc<Lgr>>; KEPT + 1] = [const { OnceLock::new() }; KEPT + 1];
+static RULES: Shared<Lgr> = Shared::new();
 
 impl Lgr {
-    /// The rule of `points` points, computed once in a process for up to 64 of them.
+    /// The rule of `points` points, computed once in a process.
     ///
     /// # Errors
     /// [`BasisError::PointCount`] outside 1 to [`MAX_POINTS`](crate::MAX_POINTS).
     pub fn shared(points: usize) -> Result<Arc<Self>, BasisError> {
-        let Some(kept) = RULES.get(points) else { return Self::new(points).map(Arc::new) };
-        if let Some(rule) = kept.get() {
-            return Ok(Arc::clone(rule));
-        }
-        let rule = Arc::new(Self::new(points)?);
-        Ok(Arc::clone(kept.get_or_init(|| rule)))
+        RULES.get(points, Self::new)
     }
 
     /// The rule of `points` points, 1 to [`MAX_POINTS`](crate::MAX_POINTS).

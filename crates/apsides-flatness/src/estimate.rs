@@ -5,6 +5,8 @@
 //! is seen too: thrust reversed by a squared residual satisfies the flat residual and not the equations of motion.
 //! Integrals are compared with those of a finer rule.
 
+use std::sync::Arc;
+
 use apsides_basis::{BasisError, Gauss, MAX_POINTS};
 use apsides_ocp::{Bounds, Ocp, Phase, PhaseScaling};
 
@@ -44,7 +46,7 @@ pub(crate) fn estimate(
     let phase = &ocp.phases[index];
     let order = splines.bases.iter().map(apsides_basis::Bspline::order).max().unwrap_or(1);
     let named = |source| FlatnessError::Basis { place: format!("phase `{}`", phase.name), source };
-    let rule = Gauss::new((order + 2).min(MAX_POINTS)).map_err(named)?;
+    let rule = Gauss::shared((order + 2).min(MAX_POINTS)).map_err(named)?;
     let mut curve = Curve::new(system, splines, times, parameters);
     let mut bounds = BoundScan::new(phase, scales, settings);
     let (nx, nu, m) = (phase.states.len(), phase.controls.len(), rule.points());
@@ -147,8 +149,8 @@ fn integral_errors(
 
 /// The rule for integrals on a segment: exact where the integrand is a polynomial of four times the degree of the splines, since
 /// between the points of a coarse one an optimum hides what costs most.
-pub(crate) fn quadrature(order: usize) -> Result<Gauss, BasisError> {
-    Gauss::new((2 * order).min(MAX_POINTS))
+pub(crate) fn quadrature(order: usize) -> Result<Arc<Gauss>, BasisError> {
+    Gauss::shared((2 * order).min(MAX_POINTS))
 }
 
 /// Inputs `[x, u, p, t]` of a function of the phase, with all parameters or none.

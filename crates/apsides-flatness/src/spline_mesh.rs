@@ -200,7 +200,7 @@ fn collocation_points(
     let unit = |nodes: &[f64]| nodes.iter().map(|x| 0.5 * (x + 1.0)).collect();
     Ok(match settings.placement {
         Placement::Uniform => (0..n).map(|k| k as f64 / (n - 1) as f64).collect(),
-        Placement::Gauss => unit(Gauss::new(n)?.nodes()),
+        Placement::Gauss => unit(Gauss::shared(n)?.nodes()),
         Placement::Lobatto => unit(Lobatto::new(n)?.nodes()),
         Placement::Chebyshev => unit(&chebyshev_lobatto(n)?),
         Placement::Greville if n == basis.len() => basis.greville()?,
@@ -216,7 +216,7 @@ fn equal(segments: usize) -> Vec<f64> {
 
 /// A Gauss rule of `n` points in each segment.
 fn per_segment(breaks: &[f64], n: usize) -> Result<Vec<f64>, BasisError> {
-    let rule = Gauss::new(n)?;
+    let rule = Gauss::shared(n)?;
     Ok(breaks
         .windows(2)
         .flat_map(|w| rule.nodes().iter().map(|x| w[0] + 0.5 * (w[1] - w[0]) * (x + 1.0)).collect::<Vec<_>>())

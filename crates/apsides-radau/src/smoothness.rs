@@ -41,7 +41,7 @@ pub(crate) fn decay(p: &PhaseTrajectory, k: usize) -> Result<Option<f64>, RadauE
 /// Of each component in an interval, what is left of its coefficients from each degree above zero on, relative to the largest one.
 fn spectra(polynomial: &PiecewisePolynomial, k: usize, points: usize) -> Result<Vec<Vec<f64>>, RadauError> {
     let (start, end) = (polynomial.breaks()[k], polynomial.breaks()[k + 1]);
-    let rule = Gauss::new(points.min(MAX_POINTS))?;
+    let rule = Gauss::shared(points.min(MAX_POINTS))?;
     let components = polynomial.dimension();
     let mut values = vec![0.0; rule.points() * components];
     for (tau, row) in rule.nodes().iter().zip(values.chunks_mut(components.max(1))) {

@@ -100,7 +100,7 @@ fn better_constant(
 ) -> Option<Check> {
     let better = optimality::with_least_hamiltonian(ocp, trajectory, settings).ok().flatten()?;
     let mut conditions = optimality::phases(ocp, trajectory, scaling, Among::All)?;
-    let rule = Gauss::new(POINTS).ok()?;
+    let rule = Gauss::shared(POINTS).ok()?;
     let mut worst = Worst::default();
     for (phase, better) in conditions.iter_mut().zip(&better.phases) {
         let nu = phase.equations.nu.max(1);

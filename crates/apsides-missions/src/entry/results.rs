@@ -151,7 +151,7 @@ pub(super) fn moments(capsule: &CapsuleEntry, t: &Trajectory) -> Vec<(EntryState
 
 /// Integral of the heat rate, J/m2.
 fn heat_load(flown: &Flown<'_>) -> f64 {
-    let rule = match apsides_basis::Gauss::new(QUADRATURE_POINTS) {
+    let rule = match apsides_basis::Gauss::shared(QUADRATURE_POINTS) {
         Ok(rule) => rule,
         Err(_) => return f64::NAN,
     };

@@ -10,10 +10,6 @@
 //! `|H|` being the largest term of the Hamiltonian along the phase and `u_scale` at least the largest control: of second order in the control error where the control is inside
 //! its bounds, and what a control at the wrong bound loses. Relative to the objective this is the gain of the segment.
 
-use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
-use std::sync::Arc;
-
 use apsides_basis::{Gauss, MAX_POINTS};
 use apsides_nlp::SolveReport;
 use apsides_ocp::{Bounds, Ocp, Phase, PhaseTrajectory};
@@ -73,7 +69,6 @@ pub(crate) fn estimate(
             costate: vec![0.0; p.states],
             multipliers: vec![0.0; phase.path_rows()],
             path: vec![0.0; phase.path_rows()],
-            rules: BTreeMap::new(),
             nlp,
             report,
             phase,
@@ -117,8 +112,6 @@ struct Estimator<'a> {
     costate: Vec<f64>,
     multipliers: Vec<f64>,
     path: Vec<f64>,
-    /// Gauss rules by their number of points.
-    rules: BTreeMap<usize, Arc<Gauss>>,
 }
 
 impl Estimator<'_> {
@@ -195,10 +188,7 @@ impl Estimator<'_> {
             return Ok(0.0);
         }
         let points = (SAMPLES_PER_POINT * self.p.segments[k].controls.count()).min(MAX_POINTS);
-        if let Entry::Vacant(e) = self.rules.entry(points) {
-            e.insert(Arc::new(Gauss::new(points)?));
-        }
-        let rule = Arc::clone(&self.rules[&points]);
+        let rule = Gauss::shared(points)?;
         let mut sum = 0.0;
         for (tau, weight) in rule.nodes().iter().zip(rule.weights()) {
             self.differentiate(k, 0.5 * (tau + 1.0));

@@ -67,7 +67,7 @@ pub(super) struct Rule {
 
 impl Rule {
     pub(super) fn new() -> Option<Self> {
-        let rule = Gauss::new(STAGES).ok()?;
+        let rule = Gauss::shared(STAGES).ok()?;
         Some(Self {
             nodes: rule.nodes().iter().map(|x| 0.5 * (x + 1.0)).collect(),
             weights: rule.weights().iter().map(|w| 0.5 * w).collect(),
