@@ -118,7 +118,7 @@ fn objectives_and_the_rise_of_the_path() {
         );
         // Its size as an unknown: larger yet, with less propellant, and proved.
         let of = |key: &str| rise.value(perilune, key).unwrap();
-        assert!(of("best_impulse_m_s") > of("impulse_m_s") && of("best_verified") == 1.0, "{perilune}");
+        assert!(of("best_impulse_m_s") > of("impulse_m_s") && of("best_is_verified") == 1.0, "{perilune}");
         assert!(of("propellant_with_best_impulse_kg") < of("propellant_with_impulse_kg"));
     }
 }

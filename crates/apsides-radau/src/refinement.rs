@@ -1,15 +1,17 @@
 //! A better mesh from the error estimate: more points where the solution is smooth, more intervals where it is not.
 //!
 //! Patterson, Hager, Rao 2015 (doi 10.1002/oca.2114), with the number of points bounded so that an interval is divided when it would need
-//! more than the largest number: into two where the motion is smooth, into short intervals of few points where it is not.
+//! more than the largest number: into two where the motion is smooth, into short intervals of few points where it is not, or has limits without
+//! controls.
 
 use std::f64::consts::LN_2;
 
-use apsides_ocp::{Break, Crossing, Mesh, Ocp, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory};
+use apsides_ocp::{Break, Crossing, Mesh, Ocp, Phase, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory};
 
 use crate::RadauError;
 use crate::boundary_arcs::{POINTS, beside_bounds};
 use crate::joints::{at_joints, inside};
+use crate::junction::order;
 use crate::mesh_solve::total_points;
 use crate::settings::RadauSettings;
 use crate::smoothness::decay;
@@ -39,10 +41,7 @@ pub(crate) fn refine(
 ) -> Result<Mesh, RadauError> {
     let within = |growth: f64| -> Result<Mesh, RadauError> {
         let phases = (ocp.phases.iter().zip(&trajectory.phases).zip(joints))
-            .map(|((phase, t), joints)| {
-                let long = beside_bounds(phase, &t.mesh);
-                refine_phase(t, &long, joints, settings, growth)
-            })
+            .map(|((phase, t), joints)| refine_phase(phase, t, joints, settings, growth))
             .collect::<Result<_, _>>()?;
         Ok(Mesh { phases })
     };
@@ -51,14 +50,17 @@ pub(crate) fn refine(
 }
 
 fn refine_phase(
+    phase: &Phase,
     trajectory: &PhaseTrajectory,
-    long: &[bool],
     joints: &[f64],
     settings: &RadauSettings,
     growth: f64,
 ) -> Result<PhaseMesh, RadauError> {
     let PhaseTrajectory { mesh, interval_errors: errors, .. } = trajectory;
     let ends = at_joints(mesh, joints);
+    let long = beside_bounds(phase, mesh);
+    // Where a limit without controls is met and left, the motion has corners, which many short intervals find.
+    let may_halve = (0..phase.path_rows()).all(|row| order(phase, row).is_none());
     let mut fractions = vec![0.0];
     let mut points = Vec::new();
     let (mut breaks, mut touch_points, mut crossings) = (Vec::new(), Vec::new(), Vec::new());
@@ -94,7 +96,7 @@ fn refine_phase(
         if wanted <= settings.max_points {
             fractions.push(end);
             points.push(wanted);
-        } else if let Some(decay) = decay(trajectory, k)? {
+        } else if may_halve && let Some(decay) = decay(trajectory, k)? {
             let half = points_of_half(n, error / (MARGIN * settings.tolerance), decay);
             fractions.extend([start + 0.5 * (end - start), end]);
             points.extend([half.clamp(settings.min_points, settings.max_points); 2]);
