@@ -38,7 +38,7 @@ pub(crate) fn decay(p: &PhaseTrajectory, k: usize) -> Result<Option<f64>, RadauE
     Ok((slowest >= SMOOTH && slowest.is_finite()).then_some(slowest))
 }
 
-/// Of each component in an interval, what is left of its coefficients from each degree above zero on, relative to the largest one.
+/// The part of each component's coefficients that is left from each degree above zero on in an interval, relative to the largest one.
 fn spectra(polynomial: &PiecewisePolynomial, k: usize, points: usize) -> Result<Vec<Vec<f64>>, RadauError> {
     let (start, end) = (polynomial.breaks()[k], polynomial.breaks()[k + 1]);
     let rule = Gauss::shared(points.min(MAX_POINTS))?;
