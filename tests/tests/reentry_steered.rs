@@ -106,7 +106,7 @@ fn the_offset_is_the_lift() {
 
 #[test]
 fn a_law_that_is_too_fast_for_its_masses_tumbles_and_says_when() {
-    let flown = simulate(&["steered.bandwidth=20"]);
+    let flown = simulate(&["steered.bandwidth=5"]);
     assert_eq!(flown.summary.status, "tumbling", "{}", flown.summary.ending);
     assert!(flown.summary.end_time_s > 100.0 && flown.summary.end_time_s < 560.0);
     assert!(flown.rows.iter().flatten().all(|v| v.is_finite()));

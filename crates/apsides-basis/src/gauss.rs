@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::legendre::{legendre, legendre_double};
+use crate::legendre::{legendre, legendre_after, legendre_double};
 use crate::quadrature::{Root, check_points, differentiation_rows, integration_matrix, newton};
 use crate::shared::Shared;
 use crate::{Barycentric, BasisError};
@@ -72,12 +72,10 @@ impl Gauss {
     pub fn legendre_coefficients(&self, values: &[f64]) -> Vec<f64> {
         let mut coefficients = vec![0.0; self.points()];
         for ((&x, weight), value) in self.nodes.iter().zip(&self.weights).zip(values) {
-            // (k + 1) P_{k+1} = (2 k + 1) x P_k - k P_{k-1}.
-            let (mut before, mut current) = (0.0, 1.0);
+            let [mut before, mut current] = [0.0, 1.0];
             for (k, coefficient) in coefficients.iter_mut().enumerate() {
-                let k = k as f64;
-                *coefficient += (k + 0.5) * weight * value * current;
-                (before, current) = (current, ((2.0 * k + 1.0) * x * current - k * before) / (k + 1.0));
+                *coefficient += (k as f64 + 0.5) * weight * value * current;
+                [before, current] = [current, legendre_after(k, x, [before, current])];
             }
         }
         coefficients

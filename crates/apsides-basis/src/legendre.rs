@@ -16,16 +16,17 @@ pub(crate) fn legendre_pair(n: usize, x: f64) -> ((f64, f64), (f64, f64)) {
     let mut before = (0.0, 0.0);
     let mut current = (1.0, 0.0);
     for k in 0..n {
-        let k2 = (2 * k + 1) as f64;
-        let next = (
-            (k2 * x * current.0 - k as f64 * before.0) / (k + 1) as f64,
-            // For k = 0 the "previous" derivative is zero and P_1' = 1 comes out right.
-            before.1 + k2 * current.0,
-        );
+        // For k = 0 the "previous" derivative is zero and P_1' = 1 comes out right.
+        let next = (legendre_after(k, x, [before.0, current.0]), before.1 + (2 * k + 1) as f64 * current.0);
         before = current;
         current = next;
     }
     (before, current)
+}
+
+/// `P_{k+1}` at `x` from `P_{k-1}` and `P_k`.
+pub(crate) fn legendre_after(k: usize, x: f64, [before, current]: [f64; 2]) -> f64 {
+    ((2 * k + 1) as f64 * x * current - k as f64 * before) / (k + 1) as f64
 }
 
 /// `(P_{n-1}, P_n)` at `x` in twice the working precision, for the roots of combinations of the two; `n >= 1`.

@@ -1,5 +1,6 @@
 //! Sentences for a terminal: without control characters, no word longer than a line.
 
+use apsides::pipeline::lines::commented;
 pub(crate) use apsides::pipeline::lines::{WIDTH, wrapped};
 
 /// Longest word that is shown as it is, characters.
@@ -37,9 +38,8 @@ pub(crate) fn with_fitting_comments(file: &str) -> String {
         if line.trim_end().chars().count() <= WIDTH || comment.is_empty() {
             return line.to_owned();
         }
-        let value = value.trim_end();
-        let end = if value.is_empty() { String::new() } else { format!("{value}\n") };
-        wrapped("# ", comment.trim_start_matches('#')) + &end
+        let (value, comment) = (value.trim_end(), comment.trim_start_matches('#').trim());
+        if value.is_empty() { wrapped("# ", comment) } else { commented(value, comment) }
     };
     file.split_inclusive('\n').map(line).collect()
 }
