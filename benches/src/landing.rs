@@ -108,10 +108,11 @@ pub fn settings(barrier: BarrierStrategy) -> NlpSettings {
     }
 }
 
-/// Settings that the method itself uses, at the tolerance of the comparison.
+/// The start and the strategy of the barrier parameter that the method itself uses, at the tolerance of the comparison, without what no
+/// peer does after it: the exact active set, and ways out of saddles.
 #[must_use]
 pub fn method_settings() -> NlpSettings {
-    NlpSettings { tolerance: 1e-8, ..RadauSettings::default().nlp }
+    NlpSettings { tolerance: 1e-8, polish: 0.0, max_saddle_escapes: 0, ..RadauSettings::default().nlp }
 }
 
 /// The discretised problem for a peer that writes the equations down itself.

@@ -19,11 +19,15 @@ use crate::step::SINGULAR_RESIDUAL;
 use crate::vector::max_abs;
 
 /// Changes of the set.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 10;
 /// Residuals of the scaled functions that are rounding.
 const ROUNDING: f64 = 1e-13;
 /// Where a step leaves at most this part of the residual, the matrix hardly changes over the next one.
 const CHORD: f64 = 1e-5;
+/// A residual below which the signs of multipliers that are much larger tell what is held: the set need not be solved for to rounding first.
+const TELLING: f64 = 1e-2;
+/// Multipliers of the wrong sign, and excesses of bounds, that a residual does not explain, as parts of it.
+const MARGIN: f64 = 1e2;
 /// Diagonal entry of a variable that is held.
 const HELD: f64 = 1e16;
 /// Diagonal entry of a slack that is free: its row takes no part.
@@ -58,6 +62,13 @@ pub(crate) enum Miss {
     Contradiction,
     /// There is no minimum, or none near by.
     Elsewhere,
+}
+
+/// The end of Newton's method for one set.
+struct Solved {
+    steps: usize,
+    /// Multipliers of the wrong sign, and excesses of bounds, that are no sign of another set.
+    least: f64,
 }
 
 /// The place of a variable between its bounds.
@@ -117,8 +128,9 @@ impl Engine {
         let (lower, upper) = problem.exact_bounds();
         let mut steps = 0;
         for _ in 0..ROUNDS {
-            steps += self.state.newton(reach, problem, system, sides, (&lower, &upper))?;
-            if !self.state.revise(sides, &lower, &upper) {
+            let solved = self.state.newton(reach, problem, system, sides, (&lower, &upper))?;
+            steps += solved.steps;
+            if !self.state.revise(sides, solved.least, &lower, &upper) {
                 self.state.take_multipliers(sides);
                 self.state.set_exact_slacks(&lower, &upper);
                 self.state.update_dual_residual(problem);
@@ -192,8 +204,8 @@ impl SolverState {
         Some(sides)
     }
 
-    /// Newton's method with the bounds of `sides` held: its steps; an error where it does not end within its reach, or the system is not that
-    /// of a strict minimum.
+    /// Newton's method with the bounds of `sides` held, until the conditions are met or the set is seen to be another; an error where it does
+    /// not end within its reach, or the system is not that of a strict minimum.
     fn newton(
         &mut self,
         reach: Reach,
@@ -201,7 +213,7 @@ impl SolverState {
         system: &mut AugmentedSystem,
         sides: &[Standing],
         (lower, upper): (&[f64], &[f64]),
-    ) -> Result<usize, Miss> {
+    ) -> Result<Solved, Miss> {
         for (i, side) in sides.iter().enumerate() {
             match side {
                 Standing::Free => {}
@@ -221,11 +233,20 @@ impl SolverState {
             let dual = self.dual_residual.iter().zip(sides).map(free).fold(0.0, f64::max);
             let residual = dual.max(max_abs(&self.current.constraints));
             if residual <= reach.residual {
-                return Ok(step);
+                return Ok(Solved { steps: step, least: LEAST });
             }
             if step == reach.steps {
                 let size = max_abs(&self.current.y).max(1.0);
-                return if residual <= 1e2 * ROUNDING * size { Ok(step) } else { Err(Miss::Elsewhere) };
+                let is_rounding = residual <= 1e2 * ROUNDING * size;
+                return if is_rounding {
+                    Ok(Solved { steps: step, least: LEAST })
+                } else {
+                    Err(Miss::Elsewhere)
+                };
+            }
+            let least = MARGIN * residual;
+            if step > 0 && residual <= TELLING && self.revise(&mut sides.to_vec(), least, lower, upper) {
+                return Ok(Solved { steps: step, least });
             }
             let is_chord = step > 0 && residual <= CHORD * last;
             if !is_chord {
@@ -303,17 +324,18 @@ impl SolverState {
         Ok(())
     }
 
-    /// Releases bounds with multipliers of the wrong sign and holds those that are overstepped; false if there is none.
-    fn revise(&self, sides: &mut [Standing], lower: &[f64], upper: &[f64]) -> bool {
+    /// Releases bounds with multipliers of the wrong sign and holds those that are overstepped, by more than `excess`, multipliers relative
+    /// to the largest; false if there is none.
+    fn revise(&self, sides: &mut [Standing], excess: f64, lower: &[f64], upper: &[f64]) -> bool {
         let mut changed = false;
-        let least = LEAST * max_abs(&self.current.y).max(1.0);
+        let least = excess * max_abs(&self.current.y).max(1.0);
         for (i, side) in sides.iter_mut().enumerate() {
             let (v, z) = (self.current.v[i], self.dual_residual[i]);
             let next = match side {
                 Standing::Lower if z < -least => Standing::Free,
                 Standing::Upper if z > least => Standing::Free,
-                Standing::Free if v < lower[i] - LEAST => Standing::Lower,
-                Standing::Free if v > upper[i] + LEAST => Standing::Upper,
+                Standing::Free if v < lower[i] - excess => Standing::Lower,
+                Standing::Free if v > upper[i] + excess => Standing::Upper,
                 _ => *side,
             };
             changed |= next != *side;

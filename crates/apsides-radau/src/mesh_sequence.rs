@@ -121,7 +121,7 @@ pub(crate) struct MeshSequence<'a> {
     /// The next guess and mesh, and what the attempt has so far.
     attempt: Attempt,
     last: Option<Solved>,
-    /// The solution on a mesh with breaks, the next one after which led nowhere.
+    /// The solution before a mesh with breaks that led nowhere, or an accurate one that was followed up.
     before_failure: Option<Solved>,
     events: Events,
     joints: Joints,
@@ -310,7 +310,7 @@ impl<'a> MeshSequence<'a> {
             if let Some(solved) = self.last.as_ref().filter(|_| may_lead_back) {
                 self.attempt.guess = Guess::earlier(&solved.trajectory);
                 self.attempt.mesh = solved.plain.clone();
-                self.before_failure = Some(solved.clone());
+                self.before_failure.get_or_insert_with(|| solved.clone());
                 self.catches.left = 0;
                 self.events.give_up(solved.error);
                 return ControlFlow::Continue(());
@@ -436,7 +436,7 @@ impl<'a> MeshSequence<'a> {
         // Limits that the trajectory passes between the points count when nothing else is left.
         let unseen =
             if finished { passed_unseen(ocp, &solve.trajectory, Among::PathConstraints) } else { Vec::new() };
-        let is_blind = unseen.iter().any(|times| !times.is_empty());
+        let is_blind = !all_empty(&unseen);
         let (accurate, finished) = (accurate && !is_blind, finished && !is_blind);
         let remedy = if finished {
             let (scaling, is_exact) = (&solve.scaling, self.is_exact);
@@ -474,6 +474,10 @@ impl<'a> MeshSequence<'a> {
             return Ok(self.end(solved, status, None));
         }
         self.attempt.mesh = next;
+        // Events can lead away from what is accurate already.
+        if solved.accurate && all_empty(&passed_unseen(ocp, &solved.trajectory, Among::PathConstraints)) {
+            self.before_failure = Some(solved.clone());
+        }
         self.last = Some(solved);
         self.leave_refuted_contacts(&found);
         Ok(ControlFlow::Continue(()))
@@ -516,8 +520,15 @@ impl<'a> MeshSequence<'a> {
 
     fn ending(&mut self, solved: Solved, status: Status, unmet: Option<Unmet>) -> Ending {
         let falls_short = may_go_on(status) && !(solved.accurate && status.is_success());
-        let is_better = |before: &Solved| falls_short && (before.accurate || before.error < solved.error);
-        let (solved, status, unmet) = match self.before_failure.take().filter(is_better) {
+        let gains = |before: &Solved| {
+            status.is_success()
+                && is_lower(self.ocp, solved.trajectory.objective, before.trajectory.objective)
+        };
+        let is_better = |before: &Solved| {
+            falls_short && (before.accurate && !gains(before) || before.error < solved.error)
+        };
+        let before = self.before_failure.take();
+        let (solved, status, unmet) = match before.filter(is_better) {
             Some(before) => {
                 let (status, stalled) = (before.report.status, !before.accurate);
                 (Solved { stalled, ..before }, status, None)
@@ -561,6 +572,10 @@ fn with_ends(trajectory: &Trajectory, times: &[Vec<f64>], mut next: Mesh) -> Res
         *mesh = mesh.with_ends(&places)?;
     }
     Ok(next)
+}
+
+fn all_empty(times: &[Vec<f64>]) -> bool {
+    times.iter().all(Vec::is_empty)
 }
 
 /// Says whether arcs hold rows at their bounds.
