@@ -125,6 +125,9 @@ impl DescentCase {
     }
 }
 
+/// A thrust that is shorter by a larger part than what the propellant counts is no rounding of the conic program.
+const LOOSE: f64 = 1e-3;
+
 /// Propellant of a solution, kg: the mass is its last state.
 pub(super) fn propellant(outcome: &Outcome) -> Option<f64> {
     Some(DescentProblem::mars_lander().mass - outcome.trajectory.phases.last()?.final_state().last()?)
@@ -204,11 +207,35 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
                 case.printed[0] - best.propellant
             ));
         }
+        if best.outcome == Descent::Landed
+            && let Some(said) = loose_points(case.name, &best)
+        {
+            sheet.findings.push(said);
+        }
         altitudes.series.push(altitude(&label, &best, &collocated));
         thrusts.series.push(thrust(&label, &best));
     }
     sheet.graphs = vec![altitudes, thrusts];
     Ok(sheet)
+}
+
+/// A sentence about single control points where the thrust is shorter than what the propellant counts there; none without any.
+fn loose_points(case: &str, found: &DescentSolution) -> Option<String> {
+    let gap = |(thrust, counted): (&[f64; 3], &f64)| {
+        1.0 - thrust.iter().map(|c| c * c).sum::<f64>().sqrt() / counted
+    };
+    let gaps: Vec<f64> = found.thrusts.iter().zip(&found.throttles).map(gap).collect();
+    let loose: Vec<usize> = (0..gaps.len()).filter(|&k| gaps[k] > LOOSE).collect();
+    let first = *loose.first()?;
+    Some(format!(
+        "case {case}: at {} of {} control points, the first at {:.1} s, the thrust is shorter than what the propellant counts there, by up to {:.1} %: \
+         linear controls turn it over between two points; {:.2} kg is a lower bound, and collocation without a relaxation gives the flight",
+        loose.len(),
+        gaps.len(),
+        found.times[first],
+        100.0 * found.relaxation_gap,
+        found.propellant
+    ))
 }
 
 pub(super) fn graph(file: &'static str, title: &str, y: (&'static str, &'static str)) -> Graph {

@@ -50,6 +50,9 @@ fn cases_as_printed() {
         (d - 292.763).abs() < COLLOCATION_KG
             && (value("d: from rest above", "convex_at_printed_time_kg") - 293.6).abs() < 0.7
     );
+    // Its thrust points down first and turns over at one control point, which is said; of case a there is nothing of the kind.
+    let says = |start: &str| sheet.findings.iter().any(|f| f.starts_with(start));
+    assert!(says("case d: at 1 of 151 control points, the first at 12.6 s") && !says("case a: at"));
     // Case b touches the ground, case a goes below it.
     assert!(value("b: not below the ground", "lowest_altitude_m").abs() < 1.0);
     assert!(value("a: no limit", "lowest_altitude_m") < -50.0);
