@@ -289,20 +289,21 @@ impl LineSearch {
         if rise > 0.0 && rise.log10() > LARGEST_RISE + reference.barrier.abs().max(10.0).log10() {
             return Verdict::Rejected;
         }
-        // A step that decreases the barrier function as predicted leaves the filter as it is, at any violation (step A-7).
-        let switches = reference.switches(alpha);
-        let decreases = switches && at_most(rise, ARMIJO * alpha * reference.slope, reference.barrier);
-        let suffices = if switches && reference.violation <= self.min_violation {
-            decreases
+        let verdict = if reference.switches(alpha) && reference.violation <= self.min_violation {
+            let decrease = ARMIJO * alpha * reference.slope;
+            if !at_most(rise, decrease, reference.barrier) {
+                return Verdict::Rejected;
+            }
+            Verdict::Objective
         } else {
             let margin = BARRIER_MARGIN * reference.violation;
-            at_most(violation, (1.0 - VIOLATION_MARGIN) * reference.violation, reference.violation)
-                || at_most(rise, -margin, reference.barrier)
+            if !at_most(violation, (1.0 - VIOLATION_MARGIN) * reference.violation, reference.violation)
+                && !at_most(rise, -margin, reference.barrier)
+            {
+                return Verdict::Rejected;
+            }
+            Verdict::Either
         };
-        if !suffices {
-            return Verdict::Rejected;
-        }
-        let verdict = if decreases { Verdict::Objective } else { Verdict::Either };
         if state.filter.accepts(violation, barrier) { verdict } else { Verdict::RejectedByFilter }
     }
 
