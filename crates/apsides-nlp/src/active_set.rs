@@ -130,7 +130,7 @@ impl Engine {
         for _ in 0..ROUNDS {
             let solved = self.state.newton(reach, problem, system, sides, (&lower, &upper))?;
             steps += solved.steps;
-            if !self.state.revise(sides, solved.least, &lower, &upper) {
+            if !self.state.revise(sides, solved.least, (&lower, &upper)) {
                 self.state.take_multipliers(sides);
                 self.state.set_exact_slacks(&lower, &upper);
                 self.state.update_dual_residual(problem);
@@ -245,7 +245,7 @@ impl SolverState {
                 };
             }
             let least = MARGIN * residual;
-            if step > 0 && residual <= TELLING && self.revise(&mut sides.to_vec(), least, lower, upper) {
+            if step > 0 && residual <= TELLING && self.is_refuted(sides, least, (lower, upper)) {
                 return Ok(Solved { steps: step, least });
             }
             let is_chord = step > 0 && residual <= CHORD * last;
@@ -324,24 +324,48 @@ impl SolverState {
         Ok(())
     }
 
-    /// Releases bounds with multipliers of the wrong sign and holds those that are overstepped, by more than `excess`, multipliers relative
-    /// to the largest; false if there is none.
-    fn revise(&self, sides: &mut [Standing], excess: f64, lower: &[f64], upper: &[f64]) -> bool {
+    /// Releases bounds with multipliers of the wrong sign and holds those that are overstepped; false if there is none.
+    fn revise(&self, sides: &mut [Standing], excess: f64, bounds: (&[f64], &[f64])) -> bool {
+        let least = self.least_multiplier(excess);
         let mut changed = false;
-        let least = excess * max_abs(&self.current.y).max(1.0);
         for (i, side) in sides.iter_mut().enumerate() {
-            let (v, z) = (self.current.v[i], self.dual_residual[i]);
-            let next = match side {
-                Standing::Lower if z < -least => Standing::Free,
-                Standing::Upper if z > least => Standing::Free,
-                Standing::Free if v < lower[i] - excess => Standing::Lower,
-                Standing::Free if v > upper[i] + excess => Standing::Upper,
-                _ => *side,
-            };
+            let next = self.next_standing(i, *side, [excess, least], bounds);
             changed |= next != *side;
             *side = next;
         }
         changed
+    }
+
+    /// Returns true if there are bounds with multipliers of the wrong sign, or some that are overstepped.
+    fn is_refuted(&self, sides: &[Standing], excess: f64, bounds: (&[f64], &[f64])) -> bool {
+        let least = self.least_multiplier(excess);
+        sides
+            .iter()
+            .enumerate()
+            .any(|(i, &side)| self.next_standing(i, side, [excess, least], bounds) != side)
+    }
+
+    /// The multiplier that counts where a bound is overstepped by `excess`: relative to the largest.
+    fn least_multiplier(&self, excess: f64) -> f64 {
+        excess * max_abs(&self.current.y).max(1.0)
+    }
+
+    /// Released where the multiplier has the wrong sign by more than `least`, held where the bound is overstepped by more than `excess`.
+    fn next_standing(
+        &self,
+        i: usize,
+        side: Standing,
+        [excess, least]: [f64; 2],
+        (lower, upper): (&[f64], &[f64]),
+    ) -> Standing {
+        let (v, z) = (self.current.v[i], self.dual_residual[i]);
+        match side {
+            Standing::Lower if z < -least => Standing::Free,
+            Standing::Upper if z > least => Standing::Free,
+            Standing::Free if v < lower[i] - excess => Standing::Lower,
+            Standing::Free if v > upper[i] + excess => Standing::Upper,
+            _ => side,
+        }
     }
 
     /// The multipliers of the bounds that are held, from the gradient of the Lagrangian.

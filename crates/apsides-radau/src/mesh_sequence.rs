@@ -310,7 +310,9 @@ impl<'a> MeshSequence<'a> {
             if let Some(solved) = self.last.as_ref().filter(|_| may_lead_back) {
                 self.attempt.guess = Guess::earlier(&solved.trajectory);
                 self.attempt.mesh = solved.plain.clone();
-                self.before_failure.get_or_insert_with(|| solved.clone());
+                if self.before_failure.as_ref().is_none_or(|before| !before.accurate) {
+                    self.before_failure = Some(solved.clone());
+                }
                 self.catches.left = 0;
                 self.events.give_up(solved.error);
                 return ControlFlow::Continue(());
@@ -475,7 +477,8 @@ impl<'a> MeshSequence<'a> {
         }
         self.attempt.mesh = next;
         // Events can lead away from what is accurate already.
-        if solved.accurate && all_empty(&passed_unseen(ocp, &solved.trajectory, Among::PathConstraints)) {
+        let is_seen = || all_empty(&passed_unseen(ocp, &solved.trajectory, Among::PathConstraints));
+        if solved.accurate && (finished || is_seen()) {
             self.before_failure = Some(solved.clone());
         }
         self.last = Some(solved);

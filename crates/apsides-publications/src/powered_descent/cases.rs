@@ -229,7 +229,7 @@ fn loose_points(case: &str, found: &DescentSolution) -> Option<String> {
     let first = *loose.first()?;
     Some(format!(
         "case {case}: at {} of {} control points, the first at {:.1} s, the thrust is shorter than what the propellant counts there, by up to {:.1} %: \
-         linear controls turn it over between two points; {:.2} kg is a lower bound, and collocation without a relaxation gives the flight",
+         {:.2} kg is a lower bound, and collocation without a relaxation gives the flight",
         loose.len(),
         gaps.len(),
         found.times[first],
