@@ -33,6 +33,9 @@ const CAME_BACK: f64 = 0.2;
 /// A switching function of the wrong sign, relative to its largest value, that is none of rounding; certificates allow less.
 const EVIDENT: f64 = 1e-5;
 
+/// Part of its depth below which a switching function vanishes at a node.
+const VANISHING: f64 = 1e-6;
+
 /// Part of its largest value along an arc from which on a quantity does not vanish at the end of the arc.
 const APART: f64 = 1e-3;
 
@@ -207,7 +210,9 @@ fn zero_beside(samples: &[NodeSample], node: usize, towards: f64) -> Option<f64>
     let at = |k: usize| near + (far - near) * k as f64 / STEPS as f64;
     let wrong = (0..=STEPS).take_while(|k| value(at(*k)) < 0.0 || *k == 0).last()?;
     let depth = (0..=wrong).map(|k| -value(at(k))).fold(0.0, f64::max);
-    if wrong == 0 || wrong == STEPS || depth < EVIDENT {
+    // At the far end of the interval there can be another break, which stands at a zero but for rounding.
+    let ends_at_zero = value(far).abs() < VANISHING * depth;
+    if wrong == 0 || wrong == STEPS || ends_at_zero || depth < EVIDENT {
         return None;
     }
     let (mut inside, mut outside) = (at(wrong), at(wrong + 1));
@@ -531,4 +536,38 @@ fn let_go(samples: &[NodeSample], a: &Run, b: &Run) -> Option<f64> {
 fn crossing(a: &NodeSample, b: &NodeSample) -> f64 {
     let share = if a.slope * b.slope < 0.0 { a.slope / (a.slope - b.slope) } else { 0.5 };
     a.fraction + share.clamp(0.01, 0.99) * (b.fraction - a.fraction)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nodes of one interval at a lower bound, a tenth apart, with these values of the switching function.
+    fn at_lower_bound(slopes: [f64; 4]) -> Vec<NodeSample> {
+        let sample = |(node, slope): (usize, f64)| NodeSample {
+            node,
+            fraction: 0.1 * node as f64,
+            width: 0.1,
+            interval: 0,
+            above_lower: 0.0,
+            below_upper: 1.0,
+            slope,
+            is_concave: true,
+            class: Class::Lower,
+            course: Some(ArcKind::Lower),
+        };
+        slopes.into_iter().enumerate().map(sample).collect()
+    }
+
+    #[test]
+    fn a_break_at_the_other_end_of_an_arc_is_no_zero_beside() {
+        // A straight line of the wrong sign, from a break that stands at its zero but for rounding.
+        for rounding in [-f64::EPSILON, 0.0, f64::EPSILON] {
+            let samples = at_lower_bound([1e-3 * rounding, -1e-3, -2e-3, -3e-3]);
+            assert_eq!(zero_beside(&samples, 3, 0.35), None, "{rounding:e}");
+        }
+        // A zero between the first two nodes is one.
+        let zero = zero_beside(&at_lower_bound([5e-4, -5e-4, -1.5e-3, -2.5e-3]), 3, 0.35);
+        assert!(zero.is_some_and(|zero| (zero - 0.05).abs() < KINK_SETTLED), "{zero:?}");
+    }
 }
