@@ -33,7 +33,7 @@ const CAME_BACK: f64 = 0.2;
 /// A switching function of the wrong sign, relative to its largest value, that is none of rounding; certificates allow less.
 const EVIDENT: f64 = 1e-5;
 
-/// Part of its depth below which a switching function vanishes at a node.
+/// Part of its largest value of the wrong sign below which a switching function vanishes at a node.
 const VANISHING: f64 = 1e-6;
 
 /// Part of its largest value along an arc from which on a quantity does not vanish at the end of the arc.
