@@ -191,13 +191,11 @@ impl Bundles {
             clear(simd, outer);
             clear(simd, &mut work[..shape.work * LANES]);
             let (blocks, _) = entries.as_chunks_mut::<LANES>();
-            let range = bundle.inner_entries.clone();
-            for (&at, lanes) in inner_value[range.clone()].iter().zip(&inner_values[range]) {
-                blocks[at as usize] = *lanes;
+            for entry in bundle.inner_entries.clone() {
+                blocks[inner_value[entry] as usize] = inner_values[entry];
             }
-            let range = bundle.outer_entries.clone();
-            for (&at, lanes) in outer_value[range.clone()].iter().zip(&outer_values[range]) {
-                blocks[at as usize] = *lanes;
+            for entry in bundle.outer_entries.clone() {
+                blocks[outer_value[entry] as usize] = outer_values[entry];
             }
             for front in &shape.fronts {
                 let (width, stride) = front.size();
@@ -207,8 +205,9 @@ impl Bundles {
                 for c in 0..width {
                     let at = (c * stride + c) * LANES;
                     let shifts = &shifts[(front.first + c) * LANES..][..LANES];
-                    for (value, shift) in block[at..at + LANES].iter_mut().zip(shifts) {
-                        *value += shift;
+                    let pivots = &mut block[at..at + LANES];
+                    for lane in 0..LANES {
+                        pivots[lane] += shifts[lane];
                     }
                 }
                 lanes::eliminate(simd, block, (width, stride), unit, factors, inertia)?;
@@ -308,8 +307,9 @@ fn take_in<S: Simd>(
         for (i, &row) in rows.iter().enumerate().skip(j) {
             let to = (row as usize - first) * parts;
             let at = (j * order + i) * parts;
-            for (target, &value) in target[to..to + parts].iter_mut().zip(&from[at..at + parts]) {
-                *target = simd.add_f64s(*target, value);
+            let (target, from) = (&mut target[to..to + parts], &from[at..at + parts]);
+            for part in 0..parts {
+                target[part] = simd.add_f64s(target[part], from[part]);
             }
         }
     }

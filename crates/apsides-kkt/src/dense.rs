@@ -61,8 +61,11 @@ pub(crate) fn subtract_products<S: Simd, const C: usize>(
     }
     for row in at..rows {
         for c in 0..C {
-            let products = factors.iter().enumerate().map(|(q, f)| f[c] * source[q * source_stride + row]);
-            target[c * target_stride + row] -= products.sum::<f64>();
+            let mut sum = 0.0;
+            for (q, factors) in factors.iter().enumerate() {
+                sum += factors[c] * source[q * source_stride + row];
+            }
+            target[c * target_stride + row] -= sum;
         }
     }
 }
@@ -80,19 +83,19 @@ fn subtract_tile<S: Simd, const C: usize, const V: usize>(
 ) {
     let height = V * S::F64_LANES;
     let mut sums = [[simd.splat_f64s(0.0); V]; C];
-    for (column, factors) in source.chunks(source_stride).zip(factors) {
-        let (values, _) = S::as_simd_f64s(&column[at..at + height]);
-        for (sums, &factor) in sums.iter_mut().zip(factors) {
-            let factor = simd.splat_f64s(factor);
-            for (sum, &value) in sums.iter_mut().zip(values) {
-                *sum = simd.mul_add_e_f64s(factor, value, *sum);
+    for (q, factors) in factors.iter().enumerate() {
+        let (values, _) = S::as_simd_f64s(&source[q * source_stride + at..][..height]);
+        for c in 0..C {
+            let factor = simd.splat_f64s(factors[c]);
+            for v in 0..V {
+                sums[c][v] = simd.mul_add_e_f64s(factor, values[v], sums[c][v]);
             }
         }
     }
-    for (c, sums) in sums.into_iter().enumerate() {
+    for c in 0..C {
         let (values, _) = S::as_mut_simd_f64s(&mut target[c * target_stride + at..][..height]);
-        for (value, sum) in values.iter_mut().zip(sums) {
-            *value = simd.sub_f64s(*value, sum);
+        for v in 0..V {
+            values[v] = simd.sub_f64s(values[v], sums[c][v]);
         }
     }
 }

@@ -116,8 +116,9 @@ fn fill_factors<S: Simd, const C: usize>(
     let parts = parts::<S>();
     let (block, _) = S::as_simd_f64s(block);
     let (factors, _) = S::as_mut_simd_f64s(factors);
-    let blocks = block.chunks_exact(stride * parts).zip(factors.chunks_exact_mut(GROUP * parts));
-    for (q, (column, factors)) in blocks.take(columns).enumerate() {
+    for q in 0..columns {
+        let column = &block[q * stride * parts..][..stride * parts];
+        let factors = &mut factors[q * GROUP * parts..][..GROUP * parts];
         for part in 0..parts {
             let pivot = column[q * parts + part];
             for c in 0..C {
@@ -220,20 +221,21 @@ fn subtract_tile<S: Simd, const C: usize, const R: usize>(
 ) {
     let parts = parts::<S>();
     let mut sums = [[simd.splat_f64s(0.0); R]; C];
-    for (column, factors) in source.chunks(source_stride * parts).zip(factors.chunks_exact(GROUP * parts)) {
-        let column = &column[at * parts..(at + R) * parts];
-        let values: [S::f64s; R] = std::array::from_fn(|r| column[r * parts + part]);
-        for (c, sums) in sums.iter_mut().enumerate() {
+    for q in 0..factors.len() / (GROUP * parts) {
+        let column = &source[(q * source_stride + at) * parts..][..R * parts];
+        let factors = &factors[q * GROUP * parts..][..GROUP * parts];
+        for c in 0..C {
             let factor = factors[c * parts + part];
-            for (sum, &value) in sums.iter_mut().zip(&values) {
-                *sum = simd.mul_add_e_f64s(factor, value, *sum);
+            for r in 0..R {
+                sums[c][r] = simd.mul_add_e_f64s(factor, column[r * parts + part], sums[c][r]);
             }
         }
     }
-    for (c, sums) in sums.into_iter().enumerate() {
-        for (r, sum) in sums.into_iter().enumerate() {
-            let target = &mut target[(c * target_stride + at + r) * parts + part];
-            *target = simd.sub_f64s(*target, sum);
+    for c in 0..C {
+        let target = &mut target[(c * target_stride + at) * parts..][..R * parts];
+        for r in 0..R {
+            let target = &mut target[r * parts + part];
+            *target = simd.sub_f64s(*target, sums[c][r]);
         }
     }
 }
@@ -262,9 +264,8 @@ pub(crate) fn forward<S: Simd>(
                 *target = simd.negate_mul_add_e_f64s(block[entry(c, row)], value, *target);
             }
         }
-        let groups = below.chunks_exact(ROWS);
-        let rest = groups.remainder();
-        for (k, rows) in groups.enumerate() {
+        let (groups, rest) = below.as_chunks::<ROWS>();
+        for (k, rows) in groups.iter().enumerate() {
             let mut sums = [simd.splat_f64s(0.0); ROWS];
             for c in 0..width {
                 let value = x[(first + c) * parts + part];
@@ -274,9 +275,9 @@ pub(crate) fn forward<S: Simd>(
                     *sum = simd.mul_add_e_f64s(column[r * parts], value, *sum);
                 }
             }
-            for (&row, sum) in rows.iter().zip(sums) {
-                let target = &mut x[row as usize * parts + part];
-                *target = simd.sub_f64s(*target, sum);
+            for r in 0..ROWS {
+                let target = &mut x[rows[r] as usize * parts + part];
+                *target = simd.sub_f64s(*target, sums[r]);
             }
         }
         for (r, &row) in rest.iter().enumerate() {
@@ -325,12 +326,11 @@ fn backward_group<S: Simd, const C: usize>(
     for part in 0..parts {
         let entry = |c: usize, row: usize| (c * stride + row) * parts + part;
         let mut sums = [simd.splat_f64s(0.0); C];
-        let later = (column + C..width).map(|row| (row, first + row));
-        let below = below.iter().enumerate().map(|(k, &row)| (width + k, row as usize));
-        for (row, place) in later.chain(below) {
+        for row in column + C..stride {
+            let place = if row < width { first + row } else { below[row - width] as usize };
             let value = x[place * parts + part];
-            for (c, sum) in sums.iter_mut().enumerate() {
-                *sum = simd.mul_add_e_f64s(block[entry(c, row)], value, *sum);
+            for c in 0..C {
+                sums[c] = simd.mul_add_e_f64s(block[entry(c, row)], value, sums[c]);
             }
         }
         for c in (0..C).rev() {

@@ -197,7 +197,7 @@ impl WithSimd for Factorise<'_> {
                 take_in(from, child_order, rows, block, extent, to);
             }
             for child in &twins.list[twins.start[s] as usize..twins.start[s + 1] as usize] {
-                let from = bundles.contribution(child.bundle as usize);
+                let (from, _) = bundles.contribution(child.bundle as usize).as_chunks();
                 let order = bundles.outer_rows(child.bundle as usize).len();
                 let rows = &twins.relative[child.relative as usize..][..order];
                 take_in_lane(
@@ -241,23 +241,30 @@ impl WithSimd for Factorise<'_> {
 #[inline(always)]
 fn take_in(from: &[f64], order: usize, rows: &[u32], block: &mut [f64], extent: Extent, to: &mut [f64]) {
     for (j, &row) in rows.iter().enumerate() {
-        let values = &from[j * order + j..][..rows.len() - j];
+        let (rows, values) = (&rows[j..], &from[j * order + j..][..rows.len() - j]);
         let (target, first) = extent.column(row, block, to);
-        for (&row, value) in rows[j..].iter().zip(values) {
-            target[row as usize - first] += value;
+        for (i, &row) in rows.iter().enumerate() {
+            target[row as usize - first] += values[i];
         }
     }
 }
 
 /// Adds the contribution of one lane of a bundle.
 #[inline(always)]
-fn take_in_lane(from: &[f64], lane: usize, rows: &[u32], block: &mut [f64], extent: Extent, to: &mut [f64]) {
+fn take_in_lane(
+    from: &[[f64; LANES]],
+    lane: usize,
+    rows: &[u32],
+    block: &mut [f64],
+    extent: Extent,
+    to: &mut [f64],
+) {
     let order = rows.len();
     for (j, &row) in rows.iter().enumerate() {
-        let values = from[(j * order + j) * LANES..].chunks_exact(LANES);
+        let values = &from[j * order..];
         let (target, first) = extent.column(row, block, to);
-        for (&row, lanes) in rows[j..].iter().zip(values) {
-            target[row as usize - first] += lanes[lane];
+        for (i, &row) in rows.iter().enumerate().skip(j) {
+            target[row as usize - first] += values[i][lane];
         }
     }
 }
@@ -276,8 +283,9 @@ fn take_in_column(
     for (j, &row) in rows.iter().enumerate() {
         let factor = pivot * values[j];
         let (target, first) = extent.column(row, block, to);
-        for (&row, value) in rows[j..].iter().zip(&values[j..]) {
-            target[row as usize - first] -= factor * value;
+        let (rows, values) = (&rows[j..], &values[j..]);
+        for (i, &row) in rows.iter().enumerate() {
+            target[row as usize - first] -= factor * values[i];
         }
     }
 }
@@ -285,10 +293,11 @@ fn take_in_column(
 /// `factors[q][c] = d_q L[row + c][q]`.
 #[inline(always)]
 fn fill_factors<const C: usize>(block: &[f64], stride: usize, row: usize, factors: &mut [[f64; GROUP]]) {
-    for ((q, factors), column) in factors.iter_mut().enumerate().zip(block.chunks(stride)) {
-        let pivot = column[q];
-        for (factor, value) in factors.iter_mut().zip(&column[row..row + C]) {
-            *factor = pivot * value;
+    for (q, factors) in factors.iter_mut().enumerate() {
+        let pivot = block[q * stride + q];
+        let values = &block[q * stride + row..][..C];
+        for c in 0..C {
+            factors[c] = pivot * values[c];
         }
     }
 }
@@ -349,8 +358,9 @@ impl WithSimd for Substitute<'_> {
             let block = &entries[block_start[s]..block_start[s + 1]];
             if extent.width == 1 {
                 let value = x[start];
-                for (&row, l) in rows.iter().zip(&block[extent.top..]) {
-                    x[row as usize] -= l * value;
+                let l = &block[extent.top..];
+                for (i, &row) in rows.iter().enumerate() {
+                    x[row as usize] -= l[i] * value;
                 }
                 continue;
             }
@@ -361,8 +371,9 @@ impl WithSimd for Substitute<'_> {
                 for_columns!(extent.width - first, forward::<S>(simd, block, extent.stride, first, gathered));
             }
             x[start..start + extent.width].copy_from_slice(&gathered[..extent.width]);
-            for (&row, value) in rows.iter().zip(&gathered[extent.top..]) {
-                x[row as usize] += value;
+            let below = &gathered[extent.top..];
+            for (i, &row) in rows.iter().enumerate() {
+                x[row as usize] += below[i];
             }
         }
         for s in (0..supernodes.count()).rev() {
@@ -370,15 +381,20 @@ impl WithSimd for Substitute<'_> {
             let (start, rows) = (supernodes.first[s] as usize, supernodes.below(s));
             let block = &entries[block_start[s]..block_start[s + 1]];
             if extent.width == 1 {
-                let products = rows.iter().zip(&block[extent.top..]).map(|(&row, l)| l * x[row as usize]);
-                x[start] = x[start] / block[0] - products.sum::<f64>();
+                let l = &block[extent.top..];
+                let mut sum = 0.0;
+                for (i, &row) in rows.iter().enumerate() {
+                    sum += l[i] * x[row as usize];
+                }
+                x[start] = x[start] / block[0] - sum;
                 continue;
             }
             let gathered = &mut gathered[..extent.stride];
             clear(simd, gathered);
             gathered[..extent.width].copy_from_slice(&x[start..start + extent.width]);
-            for (value, &row) in gathered[extent.top..].iter_mut().zip(rows) {
-                *value = x[row as usize];
+            let below = &mut gathered[extent.top..];
+            for (i, &row) in rows.iter().enumerate() {
+                below[i] = x[row as usize];
             }
             for first in (0..extent.width).step_by(GROUP).rev() {
                 for_columns!(
@@ -417,7 +433,10 @@ fn backward<S: Simd, const C: usize>(simd: S, block: &[f64], stride: usize, firs
     let sums: [f64; C] = products(simd, group, stride, first + GROUP, x);
     for c in (0..C).rev() {
         let column = &group[c * stride + first..];
-        let later: f64 = (c + 1..C).map(|k| column[k] * x[first + k]).sum();
+        let mut later = 0.0;
+        for k in c + 1..C {
+            later += column[k] * x[first + k];
+        }
         x[first + c] = x[first + c] / column[c] - sums[c] - later;
     }
 }

@@ -169,8 +169,9 @@ impl Structure {
                         row_sum[lane] += a[lane] * xj[lane];
                     }
                 }
-                for (out, sum) in out[at..at + LANES].iter_mut().zip(sum) {
-                    *out -= sum;
+                let out = &mut out[at..at + LANES];
+                for lane in 0..LANES {
+                    out[lane] -= sum[lane];
                 }
             }
             for (places, sum) in outside.iter().zip(&sums) {
@@ -248,8 +249,9 @@ impl Structure {
                         size[lane] = larger(scaled[lane].abs(), size[lane]);
                     }
                 }
-                for (largest, size) in largest[at..at + LANES].iter_mut().zip(column_size) {
-                    *largest = larger(size, *largest);
+                let largest = &mut largest[at..at + LANES];
+                for lane in 0..LANES {
+                    largest[lane] = larger(column_size[lane], largest[lane]);
                 }
             }
             for (places, size) in outside.iter().zip(sizes) {
@@ -299,7 +301,9 @@ impl WithSimd for ScaleLanes<'_> {
 /// The lanes that begin at a place.
 #[inline(always)]
 fn lanes_of(values: &[f64], at: usize) -> [f64; LANES] {
-    std::array::from_fn(|lane| values[at..at + LANES][lane])
+    let mut lanes = [0.0; LANES];
+    lanes.copy_from_slice(&values[at..at + LANES]);
+    lanes
 }
 
 /// The larger of two numbers that are not NaN: one instruction, where `f64::max` takes several.

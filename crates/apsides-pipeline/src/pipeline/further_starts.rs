@@ -132,7 +132,8 @@ impl Pipeline {
     }
 }
 
-/// True if a solve that succeeded has a lower objective than another one, or the other one found nothing.
+/// True if a solve that succeeded has a lower objective than another one, or the same one and more to show for it, or the other one found
+/// nothing.
 fn is_better(posed: &Posed, found: &Certified, than: &Certified) -> bool {
     // What the mesh carries not well enough is nearer than no feasible point at all.
     if found.solution.status.is_success() && !than.solution.status.is_success() {
@@ -142,6 +143,31 @@ fn is_better(posed: &Posed, found: &Certified, than: &Certified) -> bool {
         return false;
     }
     let cost = |c: &Certified| posed.ocp.objective.sense.sign() * c.solution.trajectory.objective;
-    let (found, other) = (cost(found), cost(than));
-    !than.solution.is_success() || found < other - LEAST_GAIN * other.abs().max(found.abs())
+    let shown = |c: &Certified| (cost(c), c.flight.certificate.verdict);
+    !than.solution.is_success() || excels(shown(found), shown(than))
+}
+
+/// True if a cost is lower, or the same with a higher verdict.
+fn excels((cost, verdict): (f64, Verdict), (other, its_verdict): (f64, Verdict)) -> bool {
+    let (gain, least) = (other - cost, LEAST_GAIN * other.abs().max(cost.abs()));
+    gain > least || (gain >= -least && verdict > its_verdict)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_two_with_one_cost_the_one_with_the_higher_verdict_is_kept() {
+        let (feasible, extremal) = (Verdict::Feasible, Verdict::Extremal);
+        let cost = -153.584_581;
+        for off in [0.0, 1e-7, -1e-7] {
+            assert!(excels((cost + off, extremal), (cost, feasible)), "{off}");
+            assert!(!excels((cost + off, feasible), (cost, feasible)), "{off}");
+            assert!(!excels((cost + off, feasible), (cost, extremal)), "{off}");
+        }
+        assert!(excels((cost - 1.0, feasible), (cost, extremal)));
+        assert!(!excels((cost + 1.0, extremal), (cost, feasible)));
+        assert!(!excels((f64::NAN, extremal), (cost, feasible)));
+    }
 }
