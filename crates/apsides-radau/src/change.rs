@@ -246,7 +246,7 @@ fn beyond_singular(samples: &[NodeSample], a: &Run, b: &Run) -> Option<f64> {
 }
 
 /// The polynomial through a quantity at nodes.
-fn through(nodes: &[&NodeSample], quantity: impl Fn(&NodeSample) -> f64, at: f64) -> f64 {
+pub(crate) fn through(nodes: &[&NodeSample], quantity: impl Fn(&NodeSample) -> f64, at: f64) -> f64 {
     let basis = |i: usize| -> f64 {
         let others = nodes.iter().enumerate().filter(|(j, _)| *j != i);
         others.map(|(_, s)| (at - s.fraction) / (nodes[i].fraction - s.fraction)).product()

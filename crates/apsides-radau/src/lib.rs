@@ -66,6 +66,7 @@ mod breaks;
 mod change;
 mod contact;
 mod costate_error;
+mod crossed;
 mod crossing;
 pub mod error;
 mod error_estimate;

@@ -18,9 +18,13 @@ use crate::activity::{
 };
 use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, Displaced, changes, settle};
+use crate::crossed::leave_crossed;
 use crate::layout::CollocationPhase;
 use crate::row_bends::row_bends;
 use crate::transcription::Transcription;
+
+/// Part of an interval by which a break is off its place at most where the error of the interval is its own.
+const MOVED: f64 = 1e-2;
 
 /// The structure of one phase.
 struct PhaseStructure<'a> {
@@ -132,16 +136,22 @@ impl<'a> Structure<'a> {
     }
 
     /// The trajectory without the errors of intervals that hold a switch which is no break yet, or a kink away from an interval
-    /// end: refining them says nothing.
+    /// end: refining them says nothing. The error is the interval's own where the quantity is held all along, and where its break moves by
+    /// little.
     pub(crate) fn spared(&self, trajectory: &Trajectory) -> Trajectory {
         let mut trajectory = trajectory.clone();
         for (found, t) in self.phases.iter().zip(&mut trajectory.phases) {
             let ends = t.mesh.fractions();
             let is_new = |c: &&Change| c.kind != ChangeKind::Unclear && c.known != Some(c.at);
             let new = found.changes.iter().filter(is_new);
+            let breaks: Vec<f64> = t.mesh.breaks().iter().map(|b| ends[b.end]).collect();
             for (c, k) in new.flat_map(|c| (0..t.mesh.intervals()).map(move |k| (c, k))) {
                 let (start, end) = (ends[k], ends[k + 1]);
-                if c.gap.0 < end && c.gap.1 > start {
+                let has_break = c.known.is_some() || breaks.iter().any(|f| (c.gap.0..=c.gap.1).contains(f));
+                let depth = (c.at - start).min(end - c.at);
+                let is_inside = !has_break || depth > MOVED * (end - start);
+                let is_held = is_held(found.quantities[c.quantity].kind, &t.mesh, k);
+                if c.gap.0 < end && c.gap.1 > start && is_inside && !is_held {
                     t.interval_errors[k] = 0.0;
                 }
             }
@@ -294,6 +304,7 @@ fn phase_structure<'a>(
         q.affine = affine;
         let mut runs = if q.is_boundary() { boundary_runs(&samples) } else { runs(&samples) };
         if q.affine {
+            leave_crossed(&samples, &mut runs);
             settle_beside(&samples, &mut runs, &gaps);
             pulses(&samples, &mut runs);
             found.kept_away[k] = bound_all_along(&samples, &runs);
@@ -315,6 +326,17 @@ fn phase_structure<'a>(
     found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));
     found.displaced = settle(&mut found.changes, &t.mesh, displaced);
     found
+}
+
+/// True if the mesh holds a quantity at a bound along an interval.
+fn is_held(kind: QuantityKind, mesh: &PhaseMesh, interval: usize) -> bool {
+    let arc = (0..mesh.arcs().len()).find(|k| mesh.arc_intervals(*k).contains(&interval));
+    let course = arc.map(|k| &mesh.arcs()[k]).and_then(|arc| match kind {
+        QuantityKind::Control(c) => arc.controls.get(c).copied().flatten(),
+        QuantityKind::Row(r) => arc.rows.get(r).copied().flatten(),
+        QuantityKind::State(_) => None,
+    });
+    matches!(course, Some(ArcKind::Lower | ArcKind::Upper))
 }
 
 /// The level that a class stands for.

@@ -1,0 +1,36 @@
+//! The answers of the gallery do not hang on the mesh that a solve begins with.
+
+use apsides::nlp::Status;
+use apsides::radau::Radau;
+use apsides::verify::{Verdict, VerifySettings, verify};
+use apsides_problems::GALLERY;
+
+/// Intervals and points of the first mesh: coarse in time, in the order of the polynomials, and fine in both.
+const MESHES: [(usize, usize); 4] = [(5, 3), (5, 5), (15, 5), (20, 4)];
+
+/// Its four thrusters have switches and singular arcs next to each other, which not all of these meshes tell apart.
+const NOT_ON_ALL: &str = "free_flying_robot";
+
+#[test]
+fn optima_are_certified_from_coarse_and_fine_meshes() {
+    let mut failures = Vec::new();
+    for problem in GALLERY.iter().filter(|p| p.name != NOT_ON_ALL) {
+        let case = problem.pose().unwrap();
+        for (intervals, points) in MESHES {
+            let mut method = Radau::default();
+            (method.settings.intervals, method.settings.points) = (intervals, points);
+            let solution = method.solve(&case.ocp, &case.guess).unwrap();
+            let verification = verify(&case.ocp, &solution.trajectory, &VerifySettings::default()).unwrap();
+            let verdict = verification.certificate.verdict;
+            let objective = solution.trajectory.objective;
+            let is_solved = solution.status == Status::Optimal && solution.accurate;
+            if !(is_solved && verdict >= Verdict::Extremal && problem.optimum.agrees_with(objective)) {
+                failures.push(format!(
+                    "{} from {intervals} x {points}: {}, {verdict:?}, objective {objective}",
+                    problem.name, solution.status
+                ));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
