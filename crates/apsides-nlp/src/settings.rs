@@ -36,7 +36,7 @@ pub enum BarrierOracle {
     QualityFunction,
     /// Mehrotra's cube of the reduction that the affine step promises.
     Probing,
-    /// The formula of LOQO (Vanderbei, Shanno 1999, doi 10.1023/A:1008677427361), without an extra solve.
+    /// The formula of LOQO (Vanderbei, Shanno 1999, doi 10.1023/A:1008677427361).
     Loqo,
 }
 
