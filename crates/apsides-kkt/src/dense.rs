@@ -2,6 +2,8 @@
 //!
 //! A block is a slice of columns, each `stride` values after the one before. Columns are treated in groups of
 //! [`GROUP`]; rows begin and strides end at multiples of it, so that vectors of this length leave no rest.
+//!
+//! Loops of the kernels run over indices: `zip` and the like are calls where a crate is built in several units without link-time optimisation.
 
 use pulp::Simd;
 

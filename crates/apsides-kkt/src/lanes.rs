@@ -2,6 +2,8 @@
 //!
 //! Value `i` of the block in lane `l` stands at `LANES * i + l`. Blocks are slices of columns, `stride` values in each.
 //! A vector of the machine may hold fewer lanes than there are: a *part* is what fits into one.
+//!
+//! Loops of the kernels run over indices: `zip` and the like are calls where a crate is built in several units without link-time optimisation.
 
 use pulp::Simd;
 

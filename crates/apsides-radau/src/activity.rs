@@ -139,7 +139,7 @@ pub(crate) struct NodeSample {
 
 impl NodeSample {
     /// True where the mesh holds the quantity at a bound.
-    fn is_held(&self) -> bool {
+    pub(crate) fn is_held(&self) -> bool {
         matches!(self.course, Some(ArcKind::Lower | ArcKind::Upper))
     }
 }

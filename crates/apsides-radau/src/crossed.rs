@@ -46,11 +46,8 @@ fn is_crossed(samples: &[NodeSample], run: &Run) -> bool {
 fn goes_straight(samples: &[NodeSample], beside: usize, edge: f64, length: f64) -> bool {
     let interval = samples[beside].interval;
     let nodes: Vec<&NodeSample> = samples.iter().filter(|s| s.interval == interval).collect();
-    let is_held = |s: &&NodeSample| matches!(s.course, Some(ArcKind::Lower | ArcKind::Upper));
-    if nodes.len() <= CROSSING
-        || !nodes.iter().all(is_held)
-        || nodes.iter().map(|s| s.width).sum::<f64>() <= length
-    {
+    let is_long = nodes.iter().map(|s| s.width).sum::<f64>() > length;
+    if nodes.len() <= CROSSING || !is_long || !nodes.iter().all(|s| s.is_held()) {
         return false;
     }
     let far = if nodes[0].fraction < edge { nodes[0] } else { nodes[nodes.len() - 1] };
@@ -59,7 +56,7 @@ fn goes_straight(samples: &[NodeSample], beside: usize, edge: f64, length: f64) 
         (value(at) - value(edge)) / (at - edge)
     };
     let (mean, here) = (slope_to(far.fraction), slope_to(edge + BESIDE * (far.fraction - edge)));
-    here * mean.signum() > STRAIGHT * mean.abs()
+    here * mean > STRAIGHT * mean.powi(2)
 }
 
 #[cfg(test)]
