@@ -4,7 +4,8 @@ use apsides_nlp::Observer;
 use apsides_ocp::{Guess, Mesh, Ocp};
 
 use crate::RadauError;
-use crate::mesh_sequence::{Attempt, Ending, MeshSequence, Solved};
+use crate::mesh_sequence::{Attempt, Ending, MeshSequence};
+use crate::solved::Solved;
 use crate::solver::{Radau, RadauSolution, may_go_on};
 use crate::state_bounds::StateRows;
 

@@ -223,26 +223,46 @@ fn zero_beside(samples: &[NodeSample], node: usize, towards: f64) -> Option<f64>
     Some(outside)
 }
 
-/// The end of an arc at a bound that goes on beyond its break, in the interval of a singular arc beside it: there the control is still at
-/// the bound at first, so that the Hamiltonian is continuous at the break wherever it stands. The part of the interval at the bound
-/// follows from the mean of the control.
+/// The end of an arc at a bound that goes on beyond its break, into a singular arc beside it: there the control is still at the bound at first, so
+/// that the Hamiltonian is continuous at the break wherever it stands. Whole intervals at the bound belong to it; the part of the next one
+/// that does follows from the mean of the control. Where the control jumps off the bound at an interval end, the arc is singular from there on.
 fn beyond_singular(samples: &[NodeSample], a: &Run, b: &Run) -> Option<f64> {
-    let (near, bound, edge, sign) = match (a.class, b.class) {
-        (Class::Between, bound) => (a.last, bound, samples[b.first].fraction, -1.0),
-        (bound, Class::Between) => (b.first, bound, samples[b.first].fraction, 1.0),
+    let is_singular = |s: &&NodeSample| s.course == Some(ArcKind::Singular);
+    // The nodes of the singular arc from the break on.
+    let (bound, near, edge, sign, arc) = match (a.class, b.class) {
+        (Class::Between, bound) => {
+            let next = a.last + samples[a.last..].iter().take_while(is_singular).count();
+            let arc: Vec<&NodeSample> = samples[..next].iter().rev().take_while(is_singular).collect();
+            (bound, a.last, samples.get(next)?.fraction, -1.0, arc)
+        }
+        (bound, Class::Between) => {
+            let first = b.first - samples[..b.first].iter().rev().take_while(is_singular).count();
+            let arc: Vec<&NodeSample> = samples[first..].iter().take_while(is_singular).collect();
+            (bound, b.first, samples[first].fraction, 1.0, arc)
+        }
         _ => return None,
     };
-    let inside =
-        |s: &&NodeSample| s.interval == samples[near].interval && s.course == Some(ArcKind::Singular);
-    let nodes: Vec<&NodeSample> = samples.iter().filter(inside).collect();
     let distance = |s: &NodeSample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
-    let far = if sign > 0.0 { nodes.last()? } else { nodes.first()? };
-    let is_beyond = distance(&samples[near]) < NEAR
-        && samples[near].slope.abs() > EVIDENT
-        && distance(far) > CLEAR * NEAR
-        && nodes.len() >= LEAST_NODES;
-    let at_bound = nodes.iter().map(|s| s.width * (1.0 - distance(s) / distance(far))).sum::<f64>();
-    (is_beyond && at_bound > 0.0).then_some(edge + sign * at_bound)
+    if !(distance(&samples[near]) < NEAR && samples[near].slope.abs() > EVIDENT) {
+        return None;
+    }
+    let mut at_bound = 0.0;
+    for nodes in arc.chunk_by(|a, b| a.interval == b.interval) {
+        let far = nodes.last()?;
+        if nodes.iter().all(|s| distance(s) < NEAR) {
+            at_bound += nodes.iter().map(|s| s.width).sum::<f64>();
+            continue;
+        }
+        let is_singular = nodes.iter().all(|s| s.slope.abs() < EVIDENT);
+        let is_jump = is_singular && distance(nodes[0]) > CLEAR * NEAR;
+        let leaves = distance(far) > CLEAR * NEAR;
+        let is_partly = distance(nodes[0]) < NEAR && leaves && nodes.len() >= LEAST_NODES;
+        if is_partly {
+            at_bound += nodes.iter().map(|s| s.width * (1.0 - distance(s) / distance(far))).sum::<f64>();
+        }
+        return ((is_partly || is_jump) && at_bound > 0.0).then_some(edge + sign * at_bound);
+    }
+    None
 }
 
 /// The polynomial through a quantity at nodes.
@@ -569,5 +589,47 @@ mod tests {
         // A zero between the first two nodes is one.
         let zero = zero_beside(&at_lower_bound([5e-4, -5e-4, -1.5e-3, -2.5e-3]), 3, 0.35);
         assert!(zero.is_some_and(|zero| (zero - 0.05).abs() < KINK_SETTLED), "{zero:?}");
+    }
+
+    /// Nodes at a lower bound, then of singular intervals of a fiftieth of the phase each, with these distances from the bound.
+    fn beside_singular(distances: &[f64]) -> Vec<NodeSample> {
+        let mut samples = at_lower_bound([0.4, 0.3, 0.2, 0.1]);
+        for (k, distance) in distances.iter().enumerate() {
+            let mut node = at_lower_bound([if *distance < NEAR { 0.01 } else { 0.0 }; 4])[0];
+            (node.node, node.fraction, node.interval) = (4 + k, 0.4 + 0.005 * k as f64, 1 + k / 4);
+            (node.width, node.above_lower, node.below_upper) = (0.005, *distance, 1.0 - distance);
+            (node.class, node.course) = (Class::Between, Some(ArcKind::Singular));
+            samples.push(node);
+        }
+        samples
+    }
+
+    /// The end of the arc at the bound, seen from a node on.
+    fn end_beside(distances: &[f64], first: usize) -> Option<f64> {
+        let samples = beside_singular(distances);
+        let run = |class, first, last| Run { class, first, last, is_pulse: false };
+        let arcs = [run(Class::Lower, 0, first - 1), run(Class::Between, first, samples.len() - 1)];
+        beyond_singular(&samples, &arcs[0], &arcs[1])
+    }
+
+    #[test]
+    fn whole_intervals_of_a_singular_arc_at_a_bound_belong_to_the_arc_there() {
+        const AT: [f64; 4] = [1e-3; 4];
+        const AWAY: [f64; 80] = [0.5; 80];
+        let is_at = |found: Option<f64>, end: f64| found.is_some_and(|f| (f - end).abs() < KINK_SETTLED);
+        // A first node there that counts as one at the bound changes nothing.
+        for first in [4, 5] {
+            assert!(is_at(end_beside(&[&AT[..], &AWAY].concat(), first), 0.42));
+            assert!(is_at(end_beside(&[&AT[..], &AT, &AWAY].concat(), first), 0.44));
+        }
+        // An interval that leaves the bound half-way.
+        let leaving = [0.0, 0.25, 0.75, 1.0];
+        assert!(is_at(end_beside(&leaving, 4), 0.41));
+        assert!(is_at(end_beside(&[&AT[..], &leaving, &AWAY].concat(), 4), 0.43));
+        // A control that leaves the bound slowly, or never, or was not there, shows no end.
+        let slowly = [&AT[..], &[0.05; 80]].concat();
+        for none in [slowly, AT.repeat(2), AWAY.to_vec()] {
+            assert_eq!(end_beside(&none, 4), None);
+        }
     }
 }

@@ -95,9 +95,10 @@ impl Events {
             solve.estimate.add_beside_touch(&mut solve.trajectory);
         }
         let in_bounds = solve.is_in_bounds(settings);
-        let switches_settled = self.revisions == 0 || structure.is_that_of(&solve.trajectory, in_bounds);
+        let has_arcs_found = structure.is_that_of(&solve.trajectory, in_bounds);
+        let switches_settled = self.revisions == 0 || has_arcs_found;
         let passages = self.crossings.step(ocp, &solve.trajectory);
-        FoundEvents { structure, switches_settled, contacts, passages }
+        FoundEvents { structure, has_arcs_found, switches_settled, contacts, passages }
     }
 
     /// The next mesh: refined where events say nothing, with interval ends at those that were found. Those that make no mesh are left out.
@@ -110,7 +111,7 @@ impl Events {
         joints: &[Vec<f64>],
         settings: &RadauSettings,
     ) -> Result<Mesh, RadauError> {
-        let FoundEvents { structure, switches_settled, contacts, passages } = found;
+        let FoundEvents { structure, switches_settled, contacts, passages, .. } = found;
         let instants = found.instants();
         // Kinks on their way to their places are no change of the structure.
         let moved = structure.move_of_kinks(trajectory).unwrap_or(f64::INFINITY);
@@ -137,7 +138,9 @@ impl Events {
 /// The events along a trajectory.
 pub(crate) struct FoundEvents<'a> {
     pub(crate) structure: Structure<'a>,
-    /// True when the mesh has the breaks and arcs of the structure, or no more are looked for.
+    /// True when the mesh has the breaks and arcs of the structure.
+    pub(crate) has_arcs_found: bool,
+    /// True then, or when no more are looked for.
     switches_settled: bool,
     pub(crate) contacts: NextContacts,
     passages: Passages,

@@ -100,6 +100,7 @@ pub mod scales;
 pub mod session;
 pub mod settings;
 mod smoothness;
+mod solved;
 pub mod solver;
 mod starts;
 mod state_bounds;

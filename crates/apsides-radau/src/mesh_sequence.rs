@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use apsides_nlp::{NlpSettings, Observer, SolveReport, Status};
+use apsides_nlp::{NlpSettings, Observer, Status};
 use apsides_ocp::explicit_time::divided_mesh;
 use apsides_ocp::passed_features::{Among, passed_unseen};
 use apsides_ocp::{ArcKind, Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
@@ -21,9 +21,9 @@ use crate::refinement::refine;
 use crate::saddle::beyond_saddle;
 use crate::scales::{ScaleWarning, scale_warnings};
 use crate::settings::RadauSettings;
+use crate::solved::{Solved, is_lower};
 use crate::solver::{MeshRecord, RadauSolution, may_go_on};
 use crate::state_bounds::{StateRows, without_arcs};
-use crate::switches::Switch;
 use crate::transcription::Transcription;
 
 /// Ends of intervals are at least this part of the phase apart.
@@ -34,9 +34,6 @@ const MOST_CAUGHT: usize = 3;
 
 /// Most meshes that are solved again since quantities are much smaller than their scales.
 const MOST_RESCALED: usize = 3;
-
-/// Least fall of the objective from better controls, relative.
-const LEAST_FALL: f64 = 1e-10;
 
 /// Iterations of a solve with breaks, unless it is the first.
 const MOST_ITERATIONS_WITH_BREAKS: usize = 200;
@@ -86,22 +83,6 @@ pub(crate) enum Ending {
     Solution(Box<RadauSolution>),
     /// States are at bounds: the problem with rows for them, what to go on with, and what is solved so far.
     AtStateBounds(Box<StateRows>, Box<Attempt>, Box<Solved>),
-}
-
-/// A mesh that was solved.
-#[derive(Clone)]
-pub(crate) struct Solved {
-    trajectory: Trajectory,
-    report: SolveReport,
-    switches: Vec<Switch>,
-    /// Error between the points.
-    error: f64,
-    /// Excess of states and of rows without controls.
-    beyond: f64,
-    accurate: bool,
-    stalled: bool,
-    /// The next mesh without any breaks, should those of the next one lead nowhere.
-    plain: Mesh,
 }
 
 /// Better controls at single nodes, from which a mesh is solved again.
@@ -448,6 +429,7 @@ impl<'a> MeshSequence<'a> {
         };
         let wants_costates = remedy == CostateRemedy::Mesh;
         self.is_repeated = remedy == CostateRemedy::ExactSolution;
+        let within = solve.is_in_bounds(settings);
         let MeshSolve { trajectory, report, estimate, .. } = solve;
         let joints = self.joints.along(&trajectory);
         let plain = refine(ocp, &trajectory, &joints, settings)?;
@@ -461,7 +443,19 @@ impl<'a> MeshSequence<'a> {
         let stalled = self.progress.has_stalled(estimate.error, trajectory.objective, points) && !accurate;
         let error = if is_blind { f64::INFINITY } else { estimate.error };
         let beyond = estimate.beyond;
-        let solved = Solved { trajectory, report, switches, error, beyond, accurate, stalled, plain };
+        let has_its_arcs = found.has_arcs_found;
+        let solved = Solved {
+            trajectory,
+            report,
+            switches,
+            error,
+            beyond,
+            accurate,
+            within,
+            has_its_arcs,
+            stalled,
+            plain,
+        };
         if self.is_repeated {
             (self.attempt.guess, self.attempt.mesh) = again;
             self.last = Some(solved);
@@ -479,7 +473,8 @@ impl<'a> MeshSequence<'a> {
         // Events can lead away from what is accurate already.
         let is_seen = || all_empty(&passed_unseen(ocp, &solved.trajectory, Among::PathConstraints));
         if solved.accurate && (finished || is_seen()) {
-            self.before_failure = Some(solved.clone());
+            let keeps = self.before_failure.take().filter(|before| before.is_preferred_to(&solved, self.ocp));
+            self.before_failure = Some(keeps.unwrap_or_else(|| solved.clone()));
         }
         self.last = Some(solved);
         self.leave_refuted_contacts(&found);
@@ -528,7 +523,11 @@ impl<'a> MeshSequence<'a> {
                 && is_lower(self.ocp, solved.trajectory.objective, before.trajectory.objective)
         };
         let is_better = |before: &Solved| {
-            falls_short && (before.accurate && !gains(before) || before.error < solved.error)
+            if falls_short {
+                before.accurate && !gains(before) || before.error < solved.error
+            } else {
+                before.is_preferred_to(&solved, self.ocp)
+            }
         };
         let before = self.before_failure.take();
         let (solved, status, unmet) = match before.filter(is_better) {
@@ -542,27 +541,6 @@ impl<'a> MeshSequence<'a> {
         let warnings = std::mem::take(&mut self.attempt.warnings);
         let solution = solved.into_solution(status, unmet, meshes, warnings);
         Ending::Solution(Box::new(solution))
-    }
-}
-
-impl Solved {
-    /// The solution of a solve that was not followed up.
-    fn first(trajectory: Trajectory, report: SolveReport, mesh: Mesh) -> Self {
-        let (accurate, stalled) = (false, false);
-        let (error, beyond) = (f64::INFINITY, f64::INFINITY);
-        let switches = Vec::new();
-        Self { trajectory, report, switches, error, beyond, accurate, stalled, plain: mesh }
-    }
-
-    pub(crate) fn into_solution(
-        self,
-        status: Status,
-        unmet: Option<Unmet>,
-        meshes: Vec<MeshRecord>,
-        warnings: Vec<ScaleWarning>,
-    ) -> RadauSolution {
-        let Self { trajectory, report, switches, accurate, stalled, .. } = self;
-        RadauSolution { trajectory, status, accurate, stalled, meshes, unmet, warnings, switches, report }
     }
 }
 
@@ -589,9 +567,4 @@ fn holds_rows(mesh: &Mesh) -> bool {
 
 fn has_arcs(mesh: &Mesh) -> bool {
     mesh.phases.iter().any(PhaseMesh::has_arcs)
-}
-
-/// True if an objective is better than another one by more than rounding.
-fn is_lower(ocp: &Ocp, objective: f64, other: f64) -> bool {
-    ocp.objective.sense.sign() * (other - objective) > LEAST_FALL * other.abs().max(objective.abs())
 }

@@ -19,6 +19,7 @@
 
 mod activity;
 mod arcs;
+mod beside;
 mod conjugate;
 mod constant;
 mod contacts;
@@ -148,6 +149,10 @@ pub(crate) fn conditions(
         return second;
     }
     if form.inertia(Space::Sufficient, settings.coercivity).is_positive() {
+        second.remark = beside::remark(ocp, trajectory, &scales, conditions);
+        if second.remark.is_some() {
+            return second;
+        }
         second.checks.push(Check::new(
             "second variation positive on all admissible changes",
             CheckKind::Strictness,
