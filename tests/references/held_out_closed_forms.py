@@ -627,6 +627,8 @@ OPTIMA = {
     "thrust_off_in_eclipse": thrust_off_in_eclipse,
     "thrust_past_a_corner": thrust_past_a_corner,
     "thrust_up_at_the_end": lambda: 3 / 8 + 1 / pi**2,
+    "trap_any_meridian": lambda: pi**2,
+    "trap_any_way_around_a_ball": lambda: around_disc((-1, 0), (1, 0), 0.5) ** 2,
     "trap_any_phase_of_an_oscillation": lambda: 0,
     "trap_any_time_of_departure": lambda: 2,
     "trap_any_way_is_as_good": lambda: 1,

@@ -44,7 +44,8 @@ pub struct VerifySettings {
     /// The same where the Hamiltonian is linear in a free control: along a singular arc nothing damps what the discretisation of the
     /// control leaves, and no strict minimum is claimed; default 1e-3.
     pub singular_curvature_tolerance: f64,
-    /// Least curvature, in the same measure, that shows a strict minimum; default 1e-7.
+    /// Least curvature, in the same measure, that shows a strict minimum; default 1e-5. Along a family of optima it is zero but for the
+    /// discretisation, which leaves some 1e-6.
     pub coercivity: f64,
     /// Allowed residual of the transversality conditions, relative to the largest costate times the scale of its state
     /// (for times: to the largest term of the Hamiltonian); default 1e-5.
@@ -75,7 +76,7 @@ impl Default for VerifySettings {
             hamiltonian_tolerance: 1e-5,
             curvature_tolerance: 1e-5,
             singular_curvature_tolerance: 1e-3,
-            coercivity: 1e-7,
+            coercivity: 1e-5,
             transversality_tolerance: 1e-5,
             contact_tolerance: 1e-4,
             activity_tolerance: 1e-6,
