@@ -22,8 +22,8 @@ pub(crate) fn phase_trajectory(
     y: &[f64],
     rates: &[RateTerm],
 ) -> Result<PhaseTrajectory, RadauError> {
-    let (t0, tf) = (x[p.ends.initial_time], x[p.ends.final_time]);
     let mesh = moved_mesh(p, x)?;
+    let (t0, tf) = told_apart(&mesh, x[p.ends.initial_time], x[p.ends.final_time]);
     let breaks = times(mesh.fractions(), [t0, tf]);
     let path_rows = p.rows_per_node - p.states;
     let mut y = y.to_vec();
@@ -86,6 +86,15 @@ pub(crate) fn phase_trajectory(
         integral_multipliers: Some(p.ends.integral_multipliers(y)),
         interval_errors: vec![f64::NAN; p.mesh.intervals()],
     })
+}
+
+/// The ends of a phase, the last one moved so far that all ends of intervals are different numbers: a solve that failed can leave a phase without
+/// a length.
+fn told_apart(mesh: &PhaseMesh, initial_time: f64, final_time: f64) -> (f64, f64) {
+    let least = mesh.fractions().windows(2).map(|w| w[1] - w[0]).fold(1.0, f64::min);
+    let resolution = 4.0 * f64::EPSILON * initial_time.abs().max(final_time.abs()).max(f64::MIN_POSITIVE);
+    let earliest = initial_time + resolution / least;
+    (initial_time, if final_time < earliest { earliest } else { final_time })
 }
 
 /// Makes the multipliers smooth at the start of rows whose first rate the initial states imply. Along the first interval such
