@@ -653,6 +653,7 @@ OPTIMA = {
     "trap_large_terms_that_cancel": lambda: 1 + least(lambda u: 2 * (u * u - 1) ** 2 + 0.375 * (1 - u), 0, 2),
     "trap_largest_of_a_square": lambda: -9,
     "trap_length_in_any_measure": lambda: 5,
+    "trap_longest_axis_of_an_end": lambda: 1,
     "trap_narrow_well": lambda: well(90, 9, 0.1, 8.9, 9.1),
     "trap_narrow_well_nonlinear": lambda: well(90, 9, 0.1, 8.9, 9.1),
     "trap_no_effect_to_first_order": lambda: 16 - 3 * 16,

@@ -146,9 +146,11 @@ impl InteriorPoint {
             Err(what) => Status::EvaluationFailed(what),
         };
         for _ in 0..self.settings.max_saddle_escapes {
-            if status != Status::Optimal {
+            // Beside a saddle steps are short, and the last of them no more than acceptable.
+            if !matches!(status, Status::Optimal | Status::Acceptable) {
                 break;
             }
+            let of_saddle = status;
             let saddle = engine.state.current.clone();
             if !engine.leaves_saddle(problem, system) {
                 break;
@@ -161,7 +163,7 @@ impl InteriorPoint {
                 reached.objective < saddle.objective - BETTER * problem.size_of_objective(saddle.objective);
             if !(is_better && matches!(status, Status::Optimal | Status::Diverging)) {
                 engine.return_to(problem, &saddle);
-                status = Status::Optimal;
+                status = of_saddle;
                 break;
             }
         }
