@@ -182,7 +182,7 @@ impl Curve {
                 let own = stated.abs().max(curvature.abs());
                 let none = (part * own).max(of_largest * self.of_others).max(ROUNDING * self.size);
                 let less = stated - curvature;
-                // Also where it is not known.
+                // Slopes that are not known show nothing.
                 if !(less > none && less > LASTING * before) {
                     return false;
                 }
