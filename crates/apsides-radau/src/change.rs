@@ -253,8 +253,8 @@ fn beyond_singular(samples: &[NodeSample], a: &Run, b: &Run) -> Option<f64> {
             at_bound += nodes.iter().map(|s| s.width).sum::<f64>();
             continue;
         }
-        let is_singular = nodes.iter().all(|s| s.slope.abs() < EVIDENT);
-        let is_jump = is_singular && distance(nodes[0]) > CLEAR * NEAR;
+        let vanishes = nodes.iter().all(|s| s.slope.abs() < EVIDENT);
+        let is_jump = vanishes && distance(nodes[0]) > CLEAR * NEAR;
         let leaves = distance(far) > CLEAR * NEAR;
         let is_partly = distance(nodes[0]) < NEAR && leaves && nodes.len() >= LEAST_NODES;
         if is_partly {

@@ -11,7 +11,8 @@
 //! minimum principle over all admissible controls, the trajectory is a strict local minimum. Where the control jumps, the times
 //! of the jumps are unknowns of the form, which is the quadratic form in the switching times of a bang-bang control. Kinks of the
 //! functions add terms of instants ([`mod@kinks`]), and where a switching function
-//! touches zero a short time beyond is a change of its own ([`mod@needle`]).
+//! touches zero a short time beyond is a change of its own ([`mod@needle`]). Where the flight rests at a place at
+//! which second derivatives jump, nothing is claimed ([`mod@beside`]).
 //!
 //! A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975, chapter 6; N. P. Osmolovskii and H. Maurer, Applications to Regular
 //! and Bang-Bang Control, SIAM 2012, doi 10.1137/1.9781611972368, chapters 2 and 5; K. Malanowski and H. Maurer, Computational

@@ -10,9 +10,9 @@
 //! The difference falls with the step where functions are smooth, to a tenth each time; here it keeps half of its amount. A flight that passes such
 //! a place is there for an instant, which changes nothing: it counts where the flight rests.
 
-use apsides_ocp::{Bounds, EndpointInput, Ocp, Trajectory};
+use apsides_ocp::{Bounds, Ocp, Trajectory};
 
-use crate::ends::{EndScales, Ends};
+use crate::ends::{EndScales, Ends, allowed};
 use crate::equations::sign;
 use crate::optimality::PhaseConditions;
 use crate::place::place;
@@ -59,6 +59,7 @@ fn rest(conditions: &mut PhaseConditions<'_>) -> Option<String> {
     None
 }
 
+/// Says whether the curvature along the states is less beside a time of the phase.
 fn is_less_at(conditions: &mut PhaseConditions<'_>, segment: usize, time: f64) -> bool {
     conditions.evaluate_within_bounds(segment, time);
     let PhaseConditions { equations, point, scaling, control_scales, hamiltonian_size, .. } = conditions;
@@ -80,8 +81,7 @@ fn is_less_at(conditions: &mut PhaseConditions<'_>, segment: usize, time: f64) -
     curve.is_less_beside(|step, slopes| {
         for i in 0..nx {
             x[i] = point.x[i] + step[i] * scales[i];
-            let bounds = &states[i].variable.bounds;
-            if bounds.excess(x[i]) > bounds.excess(point.x[i]).max(0.0) {
+            if leaves(&states[i].variable.bounds, point.x[i], x[i]) {
                 return false;
             }
         }
@@ -92,7 +92,7 @@ fn is_less_at(conditions: &mut PhaseConditions<'_>, segment: usize, time: f64) -
     })
 }
 
-/// The first function of the ends of which it is so.
+/// The first function of the ends whose curvature is less beside them.
 fn at_ends(ocp: &Ocp, trajectory: &Trajectory, scales: &EndScales<'_>) -> Option<String> {
     let ends = Ends::of(trajectory);
     let cost = [sign(ocp)];
@@ -102,8 +102,9 @@ fn at_ends(ocp: &Ocp, trajectory: &Trajectory, scales: &EndScales<'_>) -> Option
     let constraints = ocp.constraints.iter().zip(multipliers);
     let constraints = constraints.map(|(c, m)| (&c.inputs, &c.function, &m[..], &c.name));
     for (inputs, function, weights, name) in of_cost.chain(constraints) {
-        let sizes: Vec<f64> =
-            inputs.iter().map(|i| if is_fixed(ocp, *i) { 0.0 } else { scales.scale(*i) }).collect();
+        let bounds: Vec<Bounds> = inputs.iter().map(|i| allowed(ocp, *i)).collect();
+        let sizes = inputs.iter().zip(&bounds);
+        let sizes: Vec<f64> = sizes.map(|(i, b)| if b.is_fixed() { 0.0 } else { scales.scale(*i) }).collect();
         let z: Vec<f64> = inputs.iter().map(|i| ends.value(*i)).collect();
         let pattern = function.pattern();
         let (mut values, mut entries) = (vec![0.0; function.outputs()], vec![0.0; pattern.jacobian_len()]);
@@ -129,6 +130,9 @@ fn at_ends(ocp: &Ocp, trajectory: &Trajectory, scales: &EndScales<'_>) -> Option
         let is_less = curve.is_less_beside(|step, slopes| {
             for i in 0..n {
                 beside[i] = z[i] + step[i] * sizes[i];
+                if leaves(&bounds[i], z[i], beside[i]) {
+                    return false;
+                }
             }
             slopes_at(&beside, slopes);
             true
@@ -140,15 +144,9 @@ fn at_ends(ocp: &Ocp, trajectory: &Trajectory, scales: &EndScales<'_>) -> Option
     None
 }
 
-fn is_fixed(ocp: &Ocp, input: EndpointInput) -> bool {
-    let bounds: Bounds = match input {
-        EndpointInput::InitialTime { phase } => ocp.phases[phase].initial_time,
-        EndpointInput::FinalTime { phase } => ocp.phases[phase].final_time,
-        EndpointInput::InitialState { phase, state } => ocp.phases[phase].states[state].initial,
-        EndpointInput::FinalState { phase, state } => ocp.phases[phase].states[state].terminal,
-        EndpointInput::Parameter { index } => ocp.parameters[index].bounds,
-    };
-    bounds.is_fixed()
+/// Says whether a step leads out of bounds, or farther out.
+fn leaves(bounds: &Bounds, from: f64, to: f64) -> bool {
+    bounds.excess(to) > bounds.excess(from).max(0.0)
 }
 
 /// Slopes and curvature of a function at a point, in the scales of its quantities.
