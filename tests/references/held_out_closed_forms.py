@@ -265,6 +265,12 @@ def string_over_bump(t=0.5137, w=0.001):
     return g(a) ** 2 / a + g(b) ** 2 / (1 - b) + integral(lambda s: slope(s) ** 2, a, b)
 
 
+def least_root_of_a_cubic(rate=0.1):
+    """The integral over the time 1 of the least u with u^3 - 3 u = rate t: of u (3 u^2 - 3) / rate over u."""
+    part = lambda u: (3 * u**4 / 4 - 3 * u**2 / 2) / rate
+    return part(root(lambda u: u**3 - 3 * u - rate, -2, -1.5)) - part(-sqrt(3))
+
+
 def across_a_kink(way, reward):
     """From -way to way in the time 1 with the least integral of u^2 - reward |x|: a parabola on each side of the time at which x is zero."""
     def side(time):
@@ -644,6 +650,7 @@ OPTIMA = {
     "trap_curvature_of_one_side_of_an_end": lambda: 1 - 5,
     "trap_end_by_its_magnitude": lambda: 0.7**2,
     "trap_end_on_a_ridge": lambda: -1 / 4,
+    "trap_end_that_can_only_just_be_met": lambda: sqrt(1.5**2 + 0.75) / sqrt(2**2 - 1),
     "trap_far_side_of_a_circle": lambda: 0.5**2,
     "trap_faster_current_on_both_sides": lambda: 0.1**2 / 2 + 2**2 / 2 + 2 * (3 - 2.1),
     "trap_film_that_breaks": lambda: catenoid(1.2),
@@ -658,6 +665,7 @@ OPTIMA = {
     "trap_narrow_well_nonlinear": lambda: well(90, 9, 0.1, 8.9, 9.1),
     "trap_no_effect_to_first_order": lambda: 16 - 3 * 16,
     "trap_one_sided_kink": lambda: 0.9 - 4.5,
+    "trap_other_root_of_an_equation": least_root_of_a_cubic,
     "trap_parameter_at_a_maximum": lambda: 0,
     "trap_parameter_at_its_bound": lambda: -1,
     "trap_periodic_rest": lambda: -0.25 * 4,
@@ -680,6 +688,7 @@ OPTIMA = {
     "trap_two_parameters_as_one": fit_of_a_product,
     "trap_two_switches_too_many": lambda: 2,
     "trap_unbounded_nonlinear": lambda: least(lambda u: u**2 * (1 - u / 20) ** 2 + 0.01 * u**2 - 0.3 * u, 15, 25),
+    "trap_wall_that_a_state_raises": string_over_bump,
     "trap_way_off_a_magnitude": lambda: -3,
     "trap_weak_not_strong": lambda: -3,
     "trap_well_beside_a_wide_control": lambda: 300**2 + least(lambda u: 4 * (u**2 - 0.64) ** 2 + 0.47 * u, -1, -0.5),

@@ -377,6 +377,14 @@ impl Formula {
         &self.outputs
     }
 
+    /// The formula with the results of some of its operations as further outputs, after its own.
+    #[must_use]
+    pub fn with_results_of(&self, those: impl Fn(Operation) -> bool) -> Self {
+        let results = self.operations.iter().enumerate().filter(|(_, operation)| those(**operation));
+        let places = results.map(|(k, _)| self.inputs + k);
+        Self { outputs: self.outputs.iter().copied().chain(places).collect(), ..self.clone() }
+    }
+
     /// The outputs at `z`, of length [`inputs`](Self::inputs); for `f64` bit for bit those of the model that the formula comes from.
     #[must_use]
     pub fn evaluate<S: Scalar>(&self, z: &[S]) -> Vec<S> {
@@ -439,4 +447,23 @@ fn joined<T: fmt::Display>(items: impl IntoIterator<Item = T>) -> String {
         let _ = write!(list, "{comma}{item}");
     }
     list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::FormulaBuilder;
+
+    #[test]
+    fn results_of_operations_are_further_outputs() {
+        let mut f = FormulaBuilder::new(2);
+        let (x, y) = (f.input(0), f.input(1));
+        let peak = f.exp(x);
+        let product = f.mul(peak, y);
+        let formula = f.formula(&[product]).expect("well formed");
+        let more = formula.with_results_of(|operation| matches!(operation, Operation::Unary(Unary::Exp, _)));
+        // What the other factor leaves of the product does not matter.
+        assert_eq!(more.evaluate(&[0.5, 0.0]), [0.0, 0.5_f64.exp()]);
+        assert_eq!(formula.with_results_of(|_| false), formula);
+    }
 }

@@ -44,7 +44,7 @@ impl Boundary<'_> {
         }
         checks.extend(self.parameters());
         checks.extend(self.constraints(&scales));
-        checks.push(self.objective(&scales));
+        checks.push(self.objective());
         checks
     }
 
@@ -166,27 +166,36 @@ impl Boundary<'_> {
             .collect()
     }
 
-    fn objective(&self, scales: &EndScales<'_>) -> Check {
-        let ends = Ends {
-            phases: (self.trajectory.phases.iter())
-                .zip(self.flights)
-                .map(|(found, flight)| PhaseEnds {
-                    initial_time: found.initial_time,
-                    final_time: found.final_time,
-                    initial_state: flight.initial_state.clone(),
-                    final_state: flight.final_state.clone(),
-                })
-                .collect(),
-            parameters: self.trajectory.parameters.clone(),
-        };
+    fn objective(&self) -> Check {
+        let ends = self.flown_ends();
         let integrals: Vec<_> = self.flights.iter().map(|f| f.integrals.clone()).collect();
         let stated = self.trajectory.objective;
         let value = ends.objective(self.ocp, &integrals);
         let o = &self.ocp.objective;
-        let size = stated.abs().max(o.scale.unwrap_or(0.0)).max(CANCELLING * self.largest_part(&ends));
-        let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
         let at = format!("recomputed {value}, stated {stated}");
-        // What is left of an objective such as a sum of squares that can be brought down to nothing.
+        let limit = self.objective_limit(self.settings.objective_tolerance);
+        Check::new(format!("objective {}", o.name), KIND, (value - stated).abs(), limit, o.unit.clone(), at)
+    }
+
+    /// The ends that were flown.
+    fn flown_ends(&self) -> Ends {
+        let phases = self.trajectory.phases.iter().zip(self.flights).map(|(found, flight)| PhaseEnds {
+            initial_time: found.initial_time,
+            final_time: found.final_time,
+            initial_state: flight.initial_state.clone(),
+            final_state: flight.final_state.clone(),
+        });
+        Ends { phases: phases.collect(), parameters: self.trajectory.parameters.clone() }
+    }
+
+    /// The change of the objective that is this part of its size, or what the re-simulation and, to second order, quantities within their tolerances
+    /// leave, where that is more: all there is of an objective such as a sum of squares that can be brought down to nothing.
+    pub(crate) fn objective_limit(&self, part: f64) -> f64 {
+        let scales = EndScales::new(self.ocp, self.scaling, self.settings);
+        let stated = self.trajectory.objective.abs();
+        let scale = self.ocp.objective.scale.unwrap_or(0.0);
+        let size = stated.max(scale).max(CANCELLING * self.largest_part(&self.flown_ends()));
+        let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
         let of_curvature = share_of_curvature(
             self.ocp,
             self.trajectory,
@@ -194,10 +203,7 @@ impl Boundary<'_> {
             self.settings.path_tolerance,
             |input| scales.tolerance(input),
         );
-        let limit = (self.settings.objective_tolerance * size)
-            .max(of_curvature)
-            .max(self.share_of_simulation(scales));
-        Check::new(format!("objective {}", o.name), KIND, (value - stated).abs(), limit, o.unit.clone(), at)
+        (part * size).max(of_curvature).max(self.share_of_simulation(&scales))
     }
 
     /// The change of an objective to first order by the errors of the re-simulation, where end quantities enter it as they are.

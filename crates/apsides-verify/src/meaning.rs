@@ -68,6 +68,13 @@ const SENTENCES: &[(CheckKind, &str, &str)] = {
         ),
         (
             Optimality,
+            "worth of what is missed",
+            "What the trajectory misses of its constraints and equations of motion, times their multipliers, must be little beside the objective: \
+             by so much it is better than what meets them exactly. It fails where a constraint can only just be met; state it so that its slope does \
+             not vanish there.",
+        ),
+        (
+            Optimality,
             "costate equation",
             "The costates must solve their differential equation, with jumps only where constraints allow; a mesh too coarse for them \
              makes it fail.",

@@ -30,6 +30,7 @@ mod stated_costates;
 mod stationarity;
 mod touch;
 mod transversality;
+pub(crate) mod worth;
 
 use apsides_ocp::curvature::rounding_of_costates;
 use apsides_ocp::explicit_time::{ends_at_instants, rates_of_instants};

@@ -54,6 +54,9 @@ pub struct VerifySettings {
     /// the row as for `path_tolerance`; default 1e-4. Where the multiplier of the contact, times that scale and relative
     /// to the largest costate, is smaller, it counts.
     pub contact_tolerance: f64,
+    /// Allowed worth of what the trajectory misses of its constraints and equations of motion, relative to the size of the objective: the sum of the
+    /// misses times their multipliers; default 1e-5.
+    pub worth_tolerance: f64,
     /// A state bound along a phase, or a bound on a duration, counts as active within this times the scale; default
     /// 1e-6. Its multiplier is not part of a trajectory: of the costate only the sign of what drives it is checked there.
     pub activity_tolerance: f64,
@@ -79,6 +82,7 @@ impl Default for VerifySettings {
             coercivity: 1e-5,
             transversality_tolerance: 1e-5,
             contact_tolerance: 1e-4,
+            worth_tolerance: 1e-5,
             activity_tolerance: 1e-6,
             adjoint: true,
         }
@@ -105,6 +109,7 @@ impl VerifySettings {
             ("coercivity", self.coercivity),
             ("transversality_tolerance", self.transversality_tolerance),
             ("contact_tolerance", self.contact_tolerance),
+            ("worth_tolerance", self.worth_tolerance),
             ("activity_tolerance", self.activity_tolerance),
         ];
         for (name, value) in positive {

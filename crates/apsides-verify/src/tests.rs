@@ -18,6 +18,7 @@ mod path;
 mod sampled;
 mod touching_switches;
 mod wells_beside_wide_controls;
+mod worth;
 
 use crate::{Certificate, Check, CheckKind, Verdict, VerifySettings, verify};
 use apsides_ocp::{Ocp, Trajectory};

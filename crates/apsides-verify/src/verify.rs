@@ -5,7 +5,7 @@ use apsides_ocp::{explicit_time, passed_features};
 
 use crate::boundary::Boundary;
 use crate::equations::Equations;
-use crate::optimality::{self, Among};
+use crate::optimality::{self, Among, worth};
 use crate::simulation::{self, SimulatedPhase};
 use crate::{
     Certificate, Check, CheckKind, Verdict, VerifyError, VerifySettings, adjoint, constant_controls,
@@ -50,7 +50,8 @@ pub fn verify(
     let guess = Guess::earlier(trajectory);
     let scaling = Scaling::new(ocp, &guess);
     let flights = simulation::fly(ocp, trajectory, &scaling, settings);
-    let mut checks = Boundary { ocp, trajectory, flights: &flights, scaling: &scaling, settings }.checks();
+    let boundary = Boundary { ocp, trajectory, flights: &flights, scaling: &scaling, settings };
+    let mut checks = boundary.checks();
     for (k, (found, flight)) in trajectory.phases.iter().zip(&flights).enumerate() {
         if flight.failure.is_none() {
             let equations = Equations::new(ocp, k, &trajectory.parameters);
@@ -65,9 +66,9 @@ pub fn verify(
         Some(by_direction) => {
             let ocp = &by_direction.ocp;
             let split = by_direction.with_directions(&fine);
-            optimum(ocp, &split, &Scaling::new(ocp, &Guess::earlier(&split)), settings, feasible)
+            optimum(ocp, &split, &Scaling::new(ocp, &Guess::earlier(&split)), &boundary, feasible)
         }
-        None => optimum(ocp, &fine, &scaling, settings, feasible),
+        None => optimum(ocp, &fine, &scaling, &boundary, feasible),
     };
     let is_extremal = feasible && !optimality.is_empty() && optimality.iter().all(|c| c.passed);
     checks.extend(optimality);
@@ -102,18 +103,19 @@ fn optimum(
     ocp: &Ocp,
     trajectory: &Trajectory,
     scaling: &Scaling,
-    settings: &VerifySettings,
+    boundary: &Boundary<'_>,
     feasible: bool,
 ) -> (Vec<Check>, Vec<String>) {
+    let settings = boundary.settings;
     let settled = optimality::with_vanished_phases(ocp, trajectory, scaling, settings);
     let trajectory = settled.as_ref().unwrap_or(trajectory);
-    let stated = conditions(ocp, trajectory, scaling, settings, feasible);
+    let stated = conditions(ocp, trajectory, scaling, boundary, feasible);
     let fails = |checks: &[Check]| checks.is_empty() || checks.iter().any(|c| !c.passed);
     if !feasible || !settings.adjoint || !fails(&stated.0) {
         return stated;
     }
     let Some(adjoint) = adjoint::with_costates(ocp, trajectory, scaling, settings) else { return stated };
-    let (checks, mut remarks) = conditions(ocp, &adjoint, scaling, settings, feasible);
+    let (checks, mut remarks) = conditions(ocp, &adjoint, scaling, boundary, feasible);
     let first_order = |checks: &[Check]| {
         let optimality = checks.iter().filter(|c| c.kind == CheckKind::Optimality);
         !checks.is_empty() && optimality.clone().count() > 0 && optimality.clone().all(|c| c.passed)
@@ -129,9 +131,10 @@ fn conditions(
     ocp: &Ocp,
     trajectory: &Trajectory,
     scaling: &Scaling,
-    settings: &VerifySettings,
+    boundary: &Boundary<'_>,
     feasible: bool,
 ) -> (Vec<Check>, Vec<String>) {
+    let settings = boundary.settings;
     let Some(mut conditions) = optimality::phases(ocp, trajectory, scaling, Among::All) else {
         return (Vec::new(), Vec::new());
     };
@@ -142,6 +145,10 @@ fn conditions(
         let second = second_order::conditions(ocp, trajectory, scaling, settings, &mut conditions);
         checks.extend(second.checks);
         remarks.extend(second.remark);
+        // Of one that something else beats it does not matter.
+        if checks.iter().all(|c| c.passed || c.kind == CheckKind::Strictness) {
+            checks.push(worth::check(boundary, &mut conditions));
+        }
     }
     (checks, remarks)
 }

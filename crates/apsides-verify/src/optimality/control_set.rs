@@ -67,7 +67,8 @@ impl PhaseConditions<'_> {
         let rows = phase.path.iter().flat_map(|p| &p.rows).enumerate();
         let rows = rows.filter(|(r, _)| !self.equations.is_free_of_controls(*r)).map(|(row, variable)| {
             let largest = self.nodes.iter().fold(0.0, |m: f64, n| m.max(n.path[row].abs()));
-            let tolerance = ROW_TOLERANCE * row_scale(variable, largest);
+            // What is met of an equality is rounding: no candidate would be as near.
+            let tolerance = ROW_TOLERANCE * row_scale(variable, largest.max(self.scaling.path[row]));
             ControlRow { row, lower: variable.bounds.lower, upper: variable.bounds.upper, tolerance }
         });
         let rows = rows.collect();
@@ -211,9 +212,9 @@ impl<'c, 'a, 's> Search<'c, 'a, 's> {
         let [value, h] =
             golden_section(around, EVALUATIONS, |v| self.changed(&own, control, v).unwrap_or(f64::INFINITY));
         let (h, value) = if h < hamiltonian(&best) { (h, value) } else { (hamiltonian(&best), values[best]) };
-        let mut u = own;
-        u[control] = value;
-        Some(Alone { least: (h, u), range: largest - h })
+        // What constraints made of the value.
+        self.changed(&own, control, value)?;
+        Some(Alone { least: (h, self.trial.clone()), range: largest - h })
     }
 
     /// Compass search from an admissible control.

@@ -11,8 +11,8 @@ use apsides_ocp::{Bounds, Ocp, Phase, State, Trajectory, Variable};
 /// Place and width of the layer, on a way of 100.
 const PLACE: f64 = 37.3;
 const WIDTH: f64 = 0.02;
-/// The width is far below the distance of nodes.
-const SHORT: f64 = 1e-3;
+/// The layer is less than a thousandth of its height beyond 2.63 widths on both sides; in time, which is far below the distance of nodes.
+const SHORT: f64 = 6.0 * WIDTH / 100.0;
 
 /// `x' = u - height exp(-((x - PLACE)/WIDTH)^2)`.
 struct Layer {
@@ -20,6 +20,9 @@ struct Layer {
 }
 impl Dynamics<1, 1> for Layer {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        if self.height == 0.0 {
+            return [u[0]];
+        }
         let layer = (-((x[0] - PLACE) * WIDTH.recip()).square()).exp() * self.height;
         [u[0] - layer]
     }
@@ -60,7 +63,7 @@ fn straight() -> Trajectory {
 
 #[test]
 fn a_layer_between_nodes_and_steps_is_seen() {
-    assert_eq!(certify(&way(0.0, false), &straight()).verdict, Verdict::StrictLocalOptimum);
+    assert_eq!(certify(&way(0.0, false), &straight()).verdict, Verdict::GlobalOptimum);
     assert_eq!(certify(&way(3000.0, false), &straight()).verdict, Verdict::Rejected);
     // One that holds nothing back is none.
     assert!(certify(&way(1e-9, false), &straight()).verdict >= Verdict::Extremal);

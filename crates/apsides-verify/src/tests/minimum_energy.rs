@@ -87,6 +87,7 @@ fn the_solution_is_verified() {
                 "transversality at the ends of push",
                 "negative curvature of the second variation",
                 "second variation positive on all admissible changes",
+                "worth of what is missed",
                 "convex problem",
             ]
         );
