@@ -23,13 +23,13 @@ const SAMPLES_PER_NODE: usize = 4;
 /// Name of the check.
 const WORTH: &str = "worth of what is missed";
 
-/// A part of the worth, and its place.
-type Part = (f64, String);
+/// A part of the worth, and its place in words.
+type Worth = (f64, String);
 
 /// The check of a trajectory with its costates, and of the flights made from it.
 pub(crate) fn check(boundary: &Boundary<'_>, conditions: &mut [PhaseConditions<'_>]) -> Check {
     let Boundary { ocp, trajectory, flights, settings, .. } = boundary;
-    let mut parts: Vec<Part> = Vec::new();
+    let mut parts: Vec<Worth> = Vec::new();
     for (phase, flight) in conditions.iter_mut().zip(*flights) {
         phase.worth_of_ends(flight, &mut parts);
         phase.worth_of_path(&mut parts);
@@ -48,7 +48,7 @@ pub(crate) fn check(boundary: &Boundary<'_>, conditions: &mut [PhaseConditions<'
     Check::new(WORTH, KIND, total, limit, unit, at.unwrap_or_else(|| "nothing is missed".into()))
 }
 
-fn worth_of_constraints(ocp: &Ocp, ends: &Ends, multipliers: Option<&[Vec<f64>]>, parts: &mut Vec<Part>) {
+fn worth_of_constraints(ocp: &Ocp, ends: &Ends, multipliers: Option<&[Vec<f64>]>, parts: &mut Vec<Worth>) {
     for (c, multipliers) in ocp.constraints.iter().zip(multipliers.into_iter().flatten()) {
         let values = ends.evaluate(c.function.as_ref(), &c.inputs);
         for ((row, value), multiplier) in c.rows.iter().zip(&values).zip(multipliers) {
@@ -59,7 +59,7 @@ fn worth_of_constraints(ocp: &Ocp, ends: &Ends, multipliers: Option<&[Vec<f64>]>
 }
 
 impl PhaseConditions<'_> {
-    fn worth_of_ends(&mut self, flight: &Flight, parts: &mut Vec<Part>) {
+    fn worth_of_ends(&mut self, flight: &Flight, parts: &mut Vec<Worth>) {
         let phase = self.equations.phase;
         let stated = [self.found.state_at(self.found.initial_time), self.found.final_state()];
         let flown = [&flight.initial_state, &flight.final_state];
@@ -86,7 +86,7 @@ impl PhaseConditions<'_> {
         }
     }
 
-    fn worth_of_path(&mut self, parts: &mut Vec<Part>) {
+    fn worth_of_path(&mut self, parts: &mut Vec<Worth>) {
         let phase = self.equations.phase;
         let rows: Vec<_> = phase.path.iter().flat_map(|p| &p.rows).collect();
         if rows.is_empty() || self.found.path_multipliers.is_none() {
