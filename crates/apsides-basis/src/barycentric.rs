@@ -66,6 +66,39 @@ impl Barycentric {
 
     /// The interpolant at `x` of `out.len()` components; `values` is row-major, nodes by components.
     pub fn evaluate_all(&self, values: &[f64], x: f64, out: &mut [f64]) {
+        // Small numbers of components as constants: their sums stay in registers.
+        match out.len() {
+            1 => self.evaluate_small::<1>(values, x, out),
+            2 => self.evaluate_small::<2>(values, x, out),
+            3 => self.evaluate_small::<3>(values, x, out),
+            4 => self.evaluate_small::<4>(values, x, out),
+            5 => self.evaluate_small::<5>(values, x, out),
+            6 => self.evaluate_small::<6>(values, x, out),
+            7 => self.evaluate_small::<7>(values, x, out),
+            8 => self.evaluate_small::<8>(values, x, out),
+            _ => self.evaluate_any(values, x, out),
+        }
+    }
+
+    fn evaluate_small<const N: usize>(&self, values: &[f64], x: f64, out: &mut [f64]) {
+        let rows = &values.as_chunks::<N>().0[..self.nodes.len()];
+        let (mut sums, mut denominator) = ([0.0; N], 0.0);
+        for ((&node, &weight), row) in self.nodes.iter().zip(&self.weights).zip(rows) {
+            let distance = x - node;
+            if distance == 0.0 {
+                out.copy_from_slice(row);
+                return;
+            }
+            let term = weight / distance;
+            denominator += term;
+            for (sum, v) in sums.iter_mut().zip(row) {
+                *sum += term * v;
+            }
+        }
+        out.copy_from_slice(&sums.map(|sum| sum / denominator));
+    }
+
+    fn evaluate_any(&self, values: &[f64], x: f64, out: &mut [f64]) {
         let dim = out.len();
         out.fill(0.0);
         let mut denominator = 0.0;

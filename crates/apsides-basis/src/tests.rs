@@ -325,6 +325,21 @@ fn interpolation_of_runge_converges_geometrically() {
 }
 
 #[test]
+fn any_number_of_components_is_interpolated_as_each_alone() {
+    let basis = Barycentric::new(&[-1.0, -0.4, 0.1, 0.7, 1.0]).unwrap();
+    for count in 1..=10 {
+        let values: Vec<f64> = (0..5 * count).map(|k| (0.7 * k as f64).sin()).collect();
+        let mut out = vec![0.0; count];
+        for x in [-1.0, -0.9, 0.1, 0.33, 1.0, 1.2] {
+            basis.evaluate_all(&values, x, &mut out);
+            for (c, found) in out.iter().enumerate() {
+                assert_eq!(*found, basis.evaluate(&values, count, c, x), "{count} components at {x}");
+            }
+        }
+    }
+}
+
+#[test]
 fn interpolation_is_exact_at_nodes_and_smooth_beside_them() {
     let lgr = Lgr::new(24).unwrap();
     let basis = lgr.support_basis();
