@@ -237,7 +237,7 @@ impl TaylorSeries {
                     Group::Rules(kind, from, items) => {
                         kind.advance(items, &sums[*from..], k as f64, reciprocals[k], row);
                     }
-                    Group::Lanes(lanes) => lanes.advance(simd, k, reciprocals[k], before, row),
+                    Group::Lanes(lanes) => lanes.advance(k, reciprocals[k], before, row),
                 }
             }
             scale(next, row, outputs, reciprocals[k + 1]);
@@ -265,7 +265,8 @@ impl WithSimd for Recursion<'_> {
     }
 }
 
-/// A sum of the series of all states, the small terms first.
+/// A sum of the series of all states: the small terms first, the first three in twice the precision, so that the rounding of long steps
+/// is that of the sum.
 struct Summation<'a> {
     series: &'a TaylorSeries,
     powers: &'a [f64],
@@ -277,27 +278,51 @@ impl WithSimd for Summation<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let rows = || self.series.rows.chunks_exact(self.series.values).zip(self.powers).rev();
+        let TaylorSeries { rows, values, .. } = self.series;
         for (lanes, x) in self.x.chunks_mut(LANES).enumerate() {
-            // Two sums of every other term: neither waits for all additions.
-            let (mut first, mut second) = ([0.0; LANES], [0.0; LANES]);
-            let mut rows = rows();
-            let add = |sum: &mut [f64; LANES], (row, power): (&[f64], &f64)| {
-                let row = &row[lanes * LANES..(lanes + 1) * LANES];
-                for l in 0..LANES {
-                    sum[l] += row[l] * power;
-                }
+            let row = |k: usize| {
+                let row = rows.get(k * values + lanes * LANES..).and_then(|row| row.first_chunk::<LANES>());
+                row.copied().unwrap_or_default()
             };
-            while let Some(term) = rows.next() {
-                add(&mut first, term);
-                if let Some(term) = rows.next() {
-                    add(&mut second, term);
+            // Two sums of every other term: neither waits for all additions.
+            let mut sums = [[0.0; LANES]; 2];
+            for k in (3..self.powers.len()).rev() {
+                let (row, power) = (row(k), self.powers[k]);
+                for l in 0..LANES {
+                    sums[k % 2][l] += row[l] * power;
                 }
             }
-            let sum: [f64; LANES] = std::array::from_fn(|l| first[l] + second[l]);
+            let (start, slope, bend) = (row(0), row(1), row(2));
+            let h = self.powers[1];
+            let (square, square_rest) = product(h, h);
+            let sum: [f64; LANES] = std::array::from_fn(|l| {
+                let (first, first_rest) = product(slope[l], h);
+                let (second, second_rest) = product(bend[l], square);
+                let (sum, lost) = exact_sum(start[l], first);
+                let (sum, lost_next) = exact_sum(sum, second);
+                let rest = (first_rest + (second_rest + bend[l] * square_rest)) + (lost + lost_next);
+                sum + ((sums[0][l] + sums[1][l]) + rest)
+            });
             x.copy_from_slice(&sum[..x.len()]);
         }
     }
+}
+
+/// A product and what its rounding left out, by a fused multiplication, which is exact on any machine.
+#[inline(always)]
+fn product(a: f64, b: f64) -> (f64, f64) {
+    let product = a * b;
+    (product, a.mul_add(b, -product))
+}
+
+/// A sum and what its rounding left out.
+///
+/// D. E. Knuth, The Art of Computer Programming 2, section 4.2.2, theorem B.
+#[inline(always)]
+fn exact_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let second = sum - a;
+    (sum, (a - (sum - second)) + (b - second))
 }
 
 #[cfg(test)]

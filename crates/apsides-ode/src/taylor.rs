@@ -87,10 +87,12 @@ pub struct TaylorIntegrator {
     absolute: Vec<f64>,
     x: Vec<f64>,
     next: Vec<f64>,
-    /// The norm that the terms of each order may have.
+    /// Logarithm of the norm that the terms of each order may have.
     tolerated: Vec<f64>,
     /// Size of each component over the step before.
     sizes: Vec<f64>,
+    /// One over what is tolerated of each controlled component.
+    weights: Vec<f64>,
     /// Coefficients times powers of the step.
     rows: Vec<f64>,
     events: EventTracker,
@@ -113,7 +115,10 @@ impl TaylorIntegrator {
         let zeros = vec![0.0; n];
         let (relative, p) = (settings.relative_tolerance, series.order() as f64);
         Ok(Self {
-            tolerated: (0..=series.order()).map(|k| LAST_TERM * relative.powf(k as f64 / p - 1.0)).collect(),
+            tolerated: (0..=series.order())
+                .map(|k| LAST_TERM.ln() + (k as f64 / p - 1.0) * relative.ln())
+                .collect(),
+            weights: vec![0.0; absolute.len()],
             settings,
             absolute,
             x: zeros.clone(),
@@ -281,6 +286,7 @@ impl TaylorIntegrator {
     /// Magnitude of the step, given that of the one before, zero for the first; zero where coefficients are not finite.
     fn step_size(&mut self, previous: f64) -> f64 {
         let p = self.series.order();
+        self.weigh();
         let size = self.step_for(p - 1..p + 1);
         if size <= GROWTH * previous {
             return size;
@@ -293,28 +299,37 @@ impl TaylorIntegrator {
             for (scale, rate) in self.sizes.iter_mut().zip(self.series.coefficients(1)) {
                 *scale = scale.max((rate * size).abs());
             }
+            self.weigh();
         }
         self.step_for(orders)
     }
 
+    fn weigh(&mut self) {
+        let relative = self.settings.relative_tolerance;
+        for ((weight, a), s) in self.weights.iter_mut().zip(&self.absolute).zip(&self.sizes) {
+            *weight = (a + relative * s).recip();
+        }
+    }
+
     /// Magnitude of the step at which the terms of these orders have the norms that are tolerated; infinite where the terms vanish.
     fn step_for(&self, orders: Range<usize>) -> f64 {
-        let relative = self.settings.relative_tolerance;
+        // Of the logarithms of all steps the least, which takes one exponential.
         let step = |order: usize| {
-            let terms = self.series.coefficients(order).iter().zip(&self.absolute).zip(&self.sizes);
-            let sum: f64 = terms.map(|((c, a), s)| (c / (a + relative * s)).powi(2)).sum();
-            (self.tolerated[order] * (self.absolute.len() as f64 / sum).sqrt()).powf(1.0 / order as f64)
+            let terms = self.series.coefficients(order).iter().zip(&self.weights);
+            let sum: f64 = terms.map(|(c, w)| (c * w).powi(2)).sum();
+            (self.tolerated[order] + 0.5 * (self.weights.len() as f64 / sum).ln()) / order as f64
         };
         // NaN, of a coefficient that is not a number, leaves no step.
-        orders.map(step).fold(f64::INFINITY, |least, h| {
+        let least = orders.map(step).fold(f64::INFINITY, |least, h| {
             if h >= least {
                 least
             } else if h.is_nan() {
-                0.0
+                f64::NEG_INFINITY
             } else {
                 h
             }
-        })
+        });
+        least.exp()
     }
 }
 

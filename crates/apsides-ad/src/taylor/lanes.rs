@@ -2,16 +2,16 @@
 
 use std::array::from_fn;
 
-use pulp::Simd;
-
 use super::convolutions::ROOM;
 use super::rules::{Item, Kind};
 
 /// Values that are computed at once.
 pub(super) const WIDTH: usize = 4;
 
-/// A number of each lane for each order.
-type History = Box<[[f64; WIDTH]; ROOM]>;
+/// A number of each lane for each order, at an address at which vectors do not cross lines of the cache.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+struct History([[f64; WIDTH]; ROOM]);
 
 /// Values of one rule, with the coefficients of what they are made of.
 ///
@@ -27,17 +27,15 @@ pub(super) struct Lanes {
     /// Reciprocals of coefficients of order zero.
     inverse: [f64; WIDTH],
     /// Coefficients of the factors; of the second they are the values themselves in quotients and powers.
-    a: History,
-    b: History,
-    /// Those of the first factor times their orders, of powers.
-    moments: History,
+    a: Box<History>,
+    b: Box<History>,
 }
 
 impl Lanes {
     /// Lanes without an item repeat the last one.
     pub(super) fn new(kind: Kind, items: &[Item]) -> Self {
         let item = |l: usize| items[l.min(items.len() - 1)];
-        let room = || Box::new([[0.0; WIDTH]; ROOM]);
+        let room = || Box::new(History([[0.0; WIDTH]; ROOM]));
         Self {
             kind,
             items: items.to_vec(),
@@ -48,7 +46,6 @@ impl Lanes {
             inverse: [0.0; WIDTH],
             a: room(),
             b: room(),
-            moments: room(),
         }
     }
 
@@ -62,61 +59,56 @@ impl Lanes {
         let [first, second, out] =
             [self.first, self.second, self.out].map(|values| values.map(|v| zeroth[v]));
         match self.kind {
-            Kind::Square | Kind::Product => (self.a[0], self.b[0]) = (first, second),
-            Kind::Quotient => (self.b[0], self.inverse) = (out, second.map(f64::recip)),
-            Kind::Power => (self.b[0], self.inverse) = (out, first.map(f64::recip)),
-            Kind::Integral => self.b[0] = second,
+            Kind::Square | Kind::Product => (self.a.0[0], self.b.0[0]) = (first, second),
+            Kind::Quotient => (self.b.0[0], self.inverse) = (out, second.map(f64::recip)),
+            Kind::Power => (self.b.0[0], self.inverse) = (out, first.map(f64::recip)),
+            Kind::Integral => self.b.0[0] = second,
         }
     }
 
     /// Coefficients of order `k` above zero in `row`, given those of the order before in `before`.
     #[inline(always)]
-    pub(super) fn advance<S: Simd>(
-        &mut self,
-        simd: S,
-        k: usize,
-        reciprocal: f64,
-        before: &[f64],
-        row: &mut [f64],
-    ) {
+    pub(super) fn advance(&mut self, k: usize, reciprocal: f64, before: &[f64], row: &mut [f64]) {
         let (k, order) = (k % ROOM, k as f64);
         let Self { a, b, inverse, .. } = self;
+        let (a, b) = (&mut a.0, &mut b.0);
         let first = self.first.map(|v| row[v]);
         let found: [f64; WIDTH] = match self.kind {
             Kind::Square => {
                 a[k] = first;
                 let (half, zeroth) = (k.div_ceil(2), a[0]);
-                let sum = products(simd, &a[1..half], &a[k + 1 - half..k]);
+                let sum = products(&a[1..half], &a[k + 1 - half..k]);
                 let middle = if k.is_multiple_of(2) { a[k / 2].map(|v| v * v) } else { [0.0; WIDTH] };
                 from_fn(|l| 2.0 * (sum[l] + first[l] * zeroth[l]) + middle[l])
             }
             Kind::Product => {
                 let second = self.second.map(|v| row[v]);
-                let (x, y, sum) = (a[0], b[0], products(simd, &a[1..k], &b[1..k]));
+                let (x, y, sum) = (a[0], b[0], products(&a[1..k], &b[1..k]));
                 (a[k], b[k]) = (first, second);
                 from_fn(|l| sum[l] + (first[l] * y[l] + x[l] * second[l]))
             }
             Kind::Quotient => {
                 let by = self.second.map(|v| row[v]);
-                let (zeroth, sum) = (b[0], products(simd, &a[1..k], &b[1..k]));
+                let (zeroth, sum) = (b[0], products(&a[1..k], &b[1..k]));
                 let found = from_fn(|l| (first[l] - (sum[l] + by[l] * zeroth[l])) * inverse[l]);
                 (a[k], b[k]) = (by, found);
                 found
             }
             Kind::Power => {
-                let plain = products(simd, &a[1..k], &b[1..k]);
-                let weighted = products(simd, &self.moments[1..k], &b[1..k]);
                 let (zeroth, c) = (b[0], self.exponent);
-                let found = from_fn(|l| {
-                    let sum = (c[l] + 1.0) * weighted[l] - order * plain[l];
-                    (sum + first[l] * (order * (c[l] * zeroth[l]))) * (reciprocal * inverse[l])
-                });
-                (a[k], b[k], self.moments[k]) = (first, found, first.map(|v| v * order));
+                let mut sum: [f64; WIDTH] = from_fn(|l| first[l] * (order * (c[l] * zeroth[l])));
+                for j in 1..k {
+                    for l in 0..WIDTH {
+                        sum[l] += ((c[l] + 1.0) * j as f64 - order) * a[j][l] * b[k - j][l];
+                    }
+                }
+                let found = from_fn(|l| sum[l] * (reciprocal * inverse[l]));
+                (a[k], b[k]) = (first, found);
                 found
             }
             Kind::Integral => {
                 b[k - 1] = self.second.map(|v| before[v]);
-                let sum = products(simd, &a[1..k], &b[1..k]);
+                let sum = products(&a[1..k], &b[1..k]);
                 let (zeroth, moment) = (b[0], first.map(|v| v * order));
                 a[k] = moment;
                 from_fn(|l| (sum[l] + moment[l] * zeroth[l]) * reciprocal)
@@ -129,19 +121,23 @@ impl Lanes {
 }
 
 /// `sum_j a[j] b[n - 1 - j]` of `n` numbers in each lane.
+///
+/// From the middle to both ends, in two sums: those found last stand at the ends, so that nothing waits for them before the last addition.
 #[inline(always)]
-fn products<S: Simd>(simd: S, a: &[[f64; WIDTH]], b: &[[f64; WIDTH]]) -> [f64; WIDTH] {
-    let mut sum = [0.0; WIDTH];
-    // The rest is of machines with more lanes than these.
-    let (parts, rest) = S::as_mut_simd_f64s(&mut sum);
-    for (a, b) in a.iter().zip(b.iter().rev()) {
-        let ((a, more_a), (b, more_b)) = (S::as_simd_f64s(a), S::as_simd_f64s(b));
-        for (sum, (&a, &b)) in parts.iter_mut().zip(a.iter().zip(b)) {
-            *sum = simd.add_f64s(*sum, simd.mul_f64s(a, b));
-        }
-        for (sum, (a, b)) in rest.iter_mut().zip(more_a.iter().zip(more_b)) {
-            *sum += a * b;
+fn products(a: &[[f64; WIDTH]], b: &[[f64; WIDTH]]) -> [f64; WIDTH] {
+    let n = a.len().min(b.len());
+    let half = n / 2;
+    let mut sums = [[0.0; WIDTH]; 2];
+    if n % 2 == 1 {
+        sums[0] = from_fn(|l| a[half][l] * b[half][l]);
+    }
+    let low = a[..half].iter().rev().zip(b[..half].iter().rev());
+    let high = a[n - half..n].iter().zip(&b[n - half..n]);
+    for ((a_low, b_low), (a_high, b_high)) in low.zip(high) {
+        for l in 0..WIDTH {
+            sums[0][l] += a_low[l] * b_high[l];
+            sums[1][l] += a_high[l] * b_low[l];
         }
     }
-    sum
+    from_fn(|l| sums[0][l] + sums[1][l])
 }

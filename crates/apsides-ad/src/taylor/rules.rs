@@ -30,7 +30,7 @@ pub(super) struct Item {
 }
 
 impl Kind {
-    /// Coefficients of an order above zero in `row`, given the sums of products of coefficients between, one for each item, of powers two.
+    /// Coefficients of an order above zero in `row`, given the sums of products of coefficients between, one for each item.
     #[inline(always)]
     pub(super) fn advance(self, items: &[Item], sums: &[f64], order: f64, reciprocal: f64, row: &mut [f64]) {
         let each = items.iter().zip(sums);
@@ -45,10 +45,8 @@ impl Kind {
                     row[i.out] = (row[i.first] - (sum + row[i.second] * i.zeroth[0])) * i.inverse;
                 }
             }
-            // The weight `c j - (k - j)` of a product is `(c + 1) j - k`.
             Self::Power => {
-                for (i, sums) in items.iter().zip(sums.as_chunks::<2>().0) {
-                    let sum = (i.exponent + 1.0) * sums[0] - order * sums[1];
+                for (i, sum) in each {
                     let newest = row[i.first] * (order * i.zeroth[0]);
                     row[i.out] = (sum + newest) * (reciprocal * i.inverse);
                 }

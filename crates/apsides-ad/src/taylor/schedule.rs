@@ -1,6 +1,6 @@
 //! The order of the recurrences, which go together, and the sums of products that they need.
 
-use super::convolutions::Convolution;
+use super::convolutions::{Convolution, Weight};
 use super::lanes::{Lanes, WIDTH};
 use super::lowering::{Lowered, Rule, Start};
 use super::rules::{Item, Kind};
@@ -35,14 +35,12 @@ pub(super) fn convolutions(groups: &mut [Group]) -> Vec<Convolution> {
         let Group::Rules(kind, from, items) = group else { continue };
         *from = all.len();
         for item in items {
-            match kind {
-                Kind::Square | Kind::Product => all.push(Convolution::new(item.first, false, item.second)),
-                Kind::Quotient => all.push(Convolution::new(item.second, false, item.out)),
-                Kind::Power => {
-                    all.extend([true, false].map(|moment| Convolution::new(item.first, moment, item.out)));
-                }
-                Kind::Integral => all.push(Convolution::new(item.first, true, item.second)),
-            }
+            all.push(match kind {
+                Kind::Square | Kind::Product => Convolution::new(item.first, Weight::One, item.second),
+                Kind::Quotient => Convolution::new(item.second, Weight::One, item.out),
+                Kind::Power => Convolution::new(item.first, Weight::Power(item.exponent), item.out),
+                Kind::Integral => Convolution::new(item.first, Weight::Order, item.second),
+            });
         }
     }
     all

@@ -178,6 +178,41 @@ fn a_model_has_the_coefficients_of_its_solution() {
     assert_eq!(first, again);
 }
 
+/// A polynomial by Horner's rule in twice the precision: the rounded sum and its rest.
+fn in_twice_the_precision(coefficients: &[f64], h: f64) -> (f64, f64) {
+    coefficients.iter().rev().fold((0.0, 0.0), |(high, low): (f64, f64), &c| {
+        let product = high * h;
+        let rest = high.mul_add(h, -product) + low * h;
+        let sum = product + c;
+        let second = sum - product;
+        let rest = rest + ((product - (sum - second)) + (c - second));
+        (sum + rest, rest - ((sum + rest) - sum))
+    })
+}
+
+/// Circles of radius one: where every addition rounds, the worst of these is 1.35 units.
+#[test]
+fn the_sum_of_a_series_is_rounded_little_more_than_once() {
+    let mut b = FormulaBuilder::new(3);
+    let [x, v] = [0, 1].map(|k| b.input(k));
+    let rate = b.neg(x);
+    let mut series =
+        TaylorSeries::new(&b.formula(&[v, rate]).expect("well formed"), ORDER).expect("recurrences");
+    let (h, unit) = (0.7, 0.5 * f64::EPSILON);
+    for k in 0..200 {
+        let (sine, cosine) = (0.1 * f64::from(k) + 0.05).sin_cos();
+        series.expand(0.0, &[cosine, -sine], &[]);
+        let mut found = [0.0; 2];
+        series.evaluate(h, &mut found);
+        for (state, found) in found.into_iter().enumerate() {
+            let coefficients: Vec<f64> = (0..=ORDER).map(|k| series.coefficients(k)[state]).collect();
+            let (high, low) = in_twice_the_precision(&coefficients, h);
+            let error = ((found - high) - low).abs();
+            assert!(error < 0.75 * unit, "start {k}, state {state}: {}", error / unit);
+        }
+    }
+}
+
 #[test]
 fn operations_without_a_recurrence_are_named() {
     let refused = |formula: &Formula| TaylorSeries::new(formula, 8).unwrap_err();
