@@ -20,7 +20,7 @@ struct Arguments {
     #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..))]
     repeat: u32,
     /// Tolerances.
-    #[arg(long, value_delimiter = ',', default_values_t = [1e-12, 1e-13, 1e-14])]
+    #[arg(long, value_delimiter = ',', default_values_t = [1e-10, 1e-11, 1e-12, 1e-13, 1e-14])]
     tolerances: Vec<f64>,
 }
 
