@@ -76,13 +76,21 @@ impl Barycentric {
             6 => self.evaluate_small::<6>(values, x, out),
             7 => self.evaluate_small::<7>(values, x, out),
             8 => self.evaluate_small::<8>(values, x, out),
-            _ => self.evaluate_any(values, x, out),
+            _ => self.evaluate_into(values, x, out),
         }
     }
 
     fn evaluate_small<const N: usize>(&self, values: &[f64], x: f64, out: &mut [f64]) {
-        let rows = &values.as_chunks::<N>().0[..self.nodes.len()];
-        let (mut sums, mut denominator) = ([0.0; N], 0.0);
+        let mut sums = [0.0; N];
+        self.evaluate_into(values, x, &mut sums);
+        out.copy_from_slice(&sums);
+    }
+
+    #[inline(always)]
+    fn evaluate_into(&self, values: &[f64], x: f64, out: &mut [f64]) {
+        let rows = values.chunks_exact(out.len().max(1));
+        out.fill(0.0);
+        let mut denominator = 0.0;
         for ((&node, &weight), row) in self.nodes.iter().zip(&self.weights).zip(rows) {
             let distance = x - node;
             if distance == 0.0 {
@@ -91,32 +99,12 @@ impl Barycentric {
             }
             let term = weight / distance;
             denominator += term;
-            for (sum, v) in sums.iter_mut().zip(row) {
+            for (sum, v) in out.iter_mut().zip(row) {
                 *sum += term * v;
             }
         }
-        out.copy_from_slice(&sums.map(|sum| sum / denominator));
-    }
-
-    fn evaluate_any(&self, values: &[f64], x: f64, out: &mut [f64]) {
-        let dim = out.len();
-        out.fill(0.0);
-        let mut denominator = 0.0;
-        for (k, (&node, &weight)) in self.nodes.iter().zip(&self.weights).enumerate() {
-            let row = &values[k * dim..(k + 1) * dim];
-            let distance = x - node;
-            if distance == 0.0 {
-                out.copy_from_slice(row);
-                return;
-            }
-            let term = weight / distance;
-            denominator += term;
-            for (o, v) in out.iter_mut().zip(row) {
-                *o += term * v;
-            }
-        }
-        for o in out {
-            *o /= denominator;
+        for sum in out {
+            *sum /= denominator;
         }
     }
 
