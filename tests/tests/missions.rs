@@ -164,6 +164,35 @@ fn whole_transfer() {
     }
 }
 
+/// From high orbits the perilune is passed at up to 2.3 km/s, three times the speed of the orbit itself. Ignition at the perilune, by an
+/// impulse, gives a little less: the same braking from 15 km, with the coast as it is.
+#[test]
+fn whole_transfer_from_high_orbits() {
+    for (orbit, mass) in [("2000", 135.796026), ("7000", 125.063011), ("10000", 123.353083)] {
+        let orbit = format!("orbit_altitude_km={orbit}");
+        let outcome = solve("lunar-transfer", &[&orbit]);
+        verified(&outcome);
+        near(&outcome, "final_mass_kg", mass, FINAL_MASS_KG);
+        let from_perilune = solve("lunar-perilune", &[&orbit]);
+        verified(&from_perilune);
+        let gain = mass - from_perilune.summary.results["final_mass_kg"];
+        assert!((0.0..1.5).contains(&gain), "{gain}");
+        // By another method, which has no mesh and no collocation.
+        let other = solve("lunar-transfer", &[&orbit, "method=multiple-shooting"]);
+        near(&other, "final_mass_kg", mass, FINAL_MASS_KG);
+    }
+}
+
+/// Down from a high gate the descent is faster than half of the speed in orbit.
+#[test]
+fn descent_from_a_high_gate() {
+    let keys = ["orbit_altitude_km=1000", "perilune_altitude_km=300", "gate_altitude_km=200"];
+    let outcome = solve("lunar-two-phase", &keys);
+    verified(&outcome);
+    near(&outcome, "gate_radial_velocity_m_s", -836.181128, GATE_SPEED_M_S);
+    near(&outcome, "flight_time_s", 1319.817213, TWO_PHASE_TIME_S);
+}
+
 /// A coast past the perilune, then full thrust.
 #[test]
 fn least_propellant_from_perilune() {

@@ -275,7 +275,7 @@ impl TwoPhaseLanding {
         let ignition = Self { lander: *lander, ..*self }.ignition(&|reason| Error::in_mission(reason))?;
         let target = Target { radius: ignition.body_radius() + self.gate_altitude, radial_speed: None };
         let mut phases = ignition.landing(target);
-        phases.push(ignition.descent());
+        phases.push(ignition.descent(self.gate_altitude));
         rest_of_landing(phases, &ignition, first, time, state)
     }
 }
@@ -309,7 +309,7 @@ impl Mission for TwoPhaseLanding {
         let (lander, gate) = (ignition.lander, self.gate_altitude);
         let target = Target { radius: ignition.body_radius() + gate, radial_speed: None };
         let mut phases = ignition.landing(target);
-        phases.push(ignition.descent());
+        phases.push(ignition.descent(self.gate_altitude));
         let ocp = chain("lunar landing in two phases", phases);
         let ocp = objective(ocp, DESCENT, &ignition).build()?;
         // At constant deceleration from twice the mean speed; half of lunar gravity is a usual net deceleration.

@@ -30,6 +30,10 @@ pub(super) const BRAKING: &str = "braking";
 pub(super) const PITCH_UP: &str = "pitch-up";
 pub(super) const DESCENT: &str = "descent";
 
+/// Above all speeds, as a part of that of an orbit along the surface: no closed orbit is faster anywhere than the escape from there, `sqrt(2)`
+/// of it.
+const FAST: f64 = 1.5;
+
 /// The angle of a burn at most, as a part of the one that is flown at the speed of its start.
 const BURN_ANGLE: f64 = 1.2;
 
@@ -64,7 +68,7 @@ impl Ignition {
     /// cross: a barrier there would disturb the costates of a coast.
     fn states(&self, longest_angle: f64) -> [State; 5] {
         let ceiling = self.radius + 100e3;
-        let fast = 1.5 * self.horizontal_speed;
+        let fast = FAST * self.horizontal_speed.max(self.surface_circular_speed());
         [
             state(RADIUS, POSITION_MISS_M).within(self.body_radius(), ceiling).guarded_above(),
             state(POLAR_ANGLE, POSITION_MISS_M / self.body_radius())
@@ -106,6 +110,12 @@ impl Ignition {
         if lander.pitches() { phase } else { phase.direction(Direction::InPlane { angle: 0 }) }
     }
 
+    /// Speed of a circular orbit along the surface, m/s.
+    fn surface_circular_speed(&self) -> f64 {
+        let body = self.lander.flight.body;
+        (body.gravitational_parameter / body.radius).sqrt()
+    }
+
     /// Above the end of any flight of less than a revolution, s.
     fn longest_flight(&self) -> f64 {
         self.longest_burn() + if self.lander.saves_propellant() { self.longest_coast() } else { 0.0 }
@@ -113,7 +123,10 @@ impl Ignition {
 
     /// Above the polar angle of any burn, rad, and of a coast of half a revolution before it where the flight has one.
     pub(super) fn longest_angle(&self, with_coast: bool) -> f64 {
-        let burn = BURN_ANGLE * self.horizontal_speed / self.radius * self.longest_burn();
+        // Down from a high orbit the angle grows as fast as on an orbit along the surface.
+        let rate =
+            (self.horizontal_speed / self.radius).max(self.surface_circular_speed() / self.body_radius());
+        let burn = BURN_ANGLE * rate * self.longest_burn();
         if with_coast { TAU.max(PI + burn) } else { PI.max(burn) }
     }
 
@@ -182,8 +195,11 @@ impl Ignition {
         phase.initial_time(times).final_time(times)
     }
 
-    /// Vertical flight down to the surface.
-    pub(super) fn descent(&self) -> Phase {
+    /// Vertical flight down to the surface from an altitude (m).
+    pub(super) fn descent(&self, altitude: f64) -> Phase {
+        // What full thrust on the least mass stops within this altitude without gravity is above all that it does stop.
+        let most = (2.0 * self.lander.flight.engine.thrust / self.lander.dry_mass * altitude).sqrt();
+        let fast = (0.5 * self.horizontal_speed).max(most - self.lander.touchdown_radial_speed);
         let times = Bounds::new(1.0, self.longest_flight());
         let surface = self.body_radius();
         let phase = if self.lander.throttles() {
@@ -196,7 +212,7 @@ impl Ignition {
             .states([
                 state(RADIUS, POSITION_MISS_M).within(surface, self.radius).guarded_above().ends_at(surface),
                 state(RADIAL_SPEED, SPEED_MISS_M_S)
-                    .within(-0.5 * self.horizontal_speed, 0.0)
+                    .within(-fast, 0.0)
                     .guarded()
                     .ends_at(self.lander.touchdown_radial_speed),
                 state(MASS, MASS_MISS_KG).within(self.lander.dry_mass, self.mass).guarded_above(),
