@@ -4,7 +4,11 @@
 //! exponential atmosphere, 120.4488 and 120.690 with the US Standard Atmosphere 1976 and a trim table); the least lift by bisection on the reach.
 #![allow(clippy::unwrap_used)]
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use apsides::nlp::Flow;
+use apsides::pipeline::Cancellation;
 use apsides::{Observer, SearchProgress};
 use apsides_tests::mission::{load, near, solve, verified};
 
@@ -153,6 +157,31 @@ fn a_target_out_of_reach_is_explained_in_km_and_lift() {
     let km: f64 = text.split("the target is ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!((30.0..60.0).contains(&km), "{text}");
     assert!(text.contains("the least L/D that reaches it is 0.2974, now 0.2500"), "{text}");
+}
+
+/// The solves for nearest end and least lift look at the interruption, too, and what they have no time for is not said.
+#[test]
+fn what_explains_a_target_out_of_reach_can_be_interrupted() {
+    let looks = Arc::new(AtomicUsize::new(0));
+    let asked_from = |look: usize| {
+        looks.store(0, Ordering::SeqCst);
+        let counted = Arc::clone(&looks);
+        let cancellation = Cancellation::when(move || counted.fetch_add(1, Ordering::SeqCst) >= look);
+        let mission = load("capsule-reentry", &["lift_coefficient=0.314225"]).unwrap();
+        let outcome = mission.with_cancellation(cancellation).solve(None, &mut ()).unwrap();
+        (outcome.summary.status, outcome.explanation.unwrap(), looks.load(Ordering::SeqCst))
+    };
+    let (status, whole, all) = asked_from(usize::MAX);
+    assert_eq!(status, "infeasible");
+    assert!(whole.contains("the least L/D that reaches it is 0.2974"), "{whole}");
+    // In the last solve, that for the lift: the nearest end is known, nothing is said of the lift.
+    let (status, part, _) = asked_from(all - 3);
+    assert_eq!(status, "interrupted");
+    assert!(part.contains("out of reach") && !part.contains("L/D"), "{part}");
+    // From the first look on each solve ends at its first iteration.
+    let (status, none, few) = asked_from(0);
+    assert_eq!(status, "interrupted");
+    assert!(!none.contains("out of reach") && few < all / 4, "{none} {few} {all}");
 }
 
 /// Ends the search at its first generation.

@@ -267,8 +267,13 @@ pub trait Mission: Any + Debug + Send + Sync {
         None
     }
 
-    /// A sentence on what is missing, besides the requirements that conflict.
-    fn missing(&self, _methods: &Methods, _explanation: &Explanation) -> Option<String> {
+    /// A sentence on what is missing, besides the requirements that conflict; what takes a solve ends when it is cancelled.
+    fn missing(
+        &self,
+        _methods: &Methods,
+        _explanation: &Explanation,
+        _cancellation: &Cancellation,
+    ) -> Option<String> {
         None
     }
 
@@ -282,11 +287,16 @@ pub trait Mission: Any + Debug + Send + Sync {
         None
     }
 
-    /// Scalars that take solves of their own, of a mission that is solved.
+    /// Scalars that take solves of their own, of a mission that is solved; without those whose solves are cancelled.
     ///
     /// # Errors
     /// When one of these problems is refused.
-    fn margins(&self, _methods: &Methods, _solution: &Trajectory) -> Result<Scalars, Error> {
+    fn margins(
+        &self,
+        _methods: &Methods,
+        _solution: &Trajectory,
+        _cancellation: &Cancellation,
+    ) -> Result<Scalars, Error> {
         Ok(Scalars::new())
     }
 

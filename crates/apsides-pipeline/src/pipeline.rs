@@ -400,7 +400,7 @@ impl Pipeline {
         let mut found = Certified::new(solution, flight);
         if matches!(found.solution.status, Status::Infeasible | Status::RestorationFailed) {
             found.conflict = Some(self.conflict(&posed, &found.solution)?);
-            if self.run.cancellation.is_asked() {
+            if self.is_cancelled() {
                 // With more time there might be another conflict: work that goes on later must not take this one for the answer.
                 found.solution.status = Status::Interrupted;
             }
@@ -415,7 +415,7 @@ impl Pipeline {
         let Certified { solution, flight, conflict } = found.with_true_status();
         let begin = Instant::now();
         let margins = match solution.is_success() && margins {
-            true => self.mission.margins(&self.methods, &solution.trajectory)?,
+            true => self.mission.margins(&self.methods, &solution.trajectory, &self.run.cancellation)?,
             false => Scalars::new(),
         };
         verify += milliseconds(begin);
@@ -519,7 +519,7 @@ impl Pipeline {
         &self,
         posed: Posed,
         decisions: Decisions,
-        solution: Solution,
+        mut solution: Solution,
         margins: Scalars,
         unsolved: &Unsolved<'_>,
         flight: Flight,
@@ -532,7 +532,11 @@ impl Pipeline {
             value: solution.trajectory.objective,
             unit: ocp.objective.unit.clone(),
         };
-        let missing = conflict.and_then(|c| self.mission.missing(&self.methods, c));
+        let missing = conflict.and_then(|c| self.mission.missing(&self.methods, c, &self.run.cancellation));
+        if conflict.is_some() && self.is_cancelled() {
+            // The explanation may lack what there was no time for.
+            solution.status = Status::Interrupted;
+        }
         let conflict = conflict.map(|c| in_keys(c, &self.values, self.mission.datum()));
         let cause = match solution.deficiency.is_some() {
             true => self.mission.undetermined(&solution.trajectory),

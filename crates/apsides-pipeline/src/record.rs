@@ -105,6 +105,10 @@ impl Pipeline {
             return Ok(kept);
         }
         let outcome = solve()?;
+        // Scalars whose solves were cancelled are missing.
+        if margins && self.is_cancelled() {
+            return Ok(outcome);
+        }
         record.keep(&key, &outcome);
         Ok(Outcome { kept: Some(key), ..outcome })
     }

@@ -26,7 +26,9 @@ use apsides_pipeline::mission::{EasierCase, Reach};
 use apsides_pipeline::placing::Whereabouts;
 use apsides_pipeline::simulation::Watch;
 use apsides_pipeline::values::Values;
-use apsides_pipeline::{Curve, Error, Expansion, Kind, Mission, Offers, Outcome, Posed, Scalars, Simulated};
+use apsides_pipeline::{
+    Cancellation, Curve, Error, Expansion, Kind, Mission, Offers, Outcome, Posed, Scalars, Simulated,
+};
 use apsides_radau::Explanation;
 
 use crate::data::point_about;
@@ -126,12 +128,22 @@ impl Mission for CapsuleEntry {
         }
     }
 
-    fn missing(&self, methods: &Methods, _explanation: &Explanation) -> Option<String> {
-        self.shortfall(methods)
+    fn missing(
+        &self,
+        methods: &Methods,
+        _explanation: &Explanation,
+        cancellation: &Cancellation,
+    ) -> Option<String> {
+        self.shortfall(methods, cancellation)
     }
 
-    fn margins(&self, methods: &Methods, _solution: &Trajectory) -> Result<Scalars, Error> {
-        self.lift_margins(methods)
+    fn margins(
+        &self,
+        methods: &Methods,
+        _solution: &Trajectory,
+        cancellation: &Cancellation,
+    ) -> Result<Scalars, Error> {
+        self.lift_margins(methods, cancellation)
     }
 
     fn reach(&self) -> Option<&dyn Reach> {

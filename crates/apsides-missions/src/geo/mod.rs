@@ -13,7 +13,9 @@ use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::mission::EasierCase;
 use apsides_pipeline::placing::Whereabouts;
 use apsides_pipeline::values::Values;
-use apsides_pipeline::{Curve, Decisions, Error, Expansion, Kind, Mission, Offers, Posed, Scalars};
+use apsides_pipeline::{
+    Cancellation, Curve, Decisions, Error, Expansion, Kind, Mission, Offers, Posed, Scalars,
+};
 use apsides_radau::{Explanation, Requirement, RequirementKind};
 use apsides_verify::Check;
 
@@ -117,7 +119,12 @@ impl Mission for GeoInjection {
     }
 
     /// Propellant that no flight with these burns does without, in kg and m/s.
-    fn missing(&self, _methods: &Methods, explanation: &Explanation) -> Option<String> {
+    fn missing(
+        &self,
+        _methods: &Methods,
+        explanation: &Explanation,
+        _cancellation: &Cancellation,
+    ) -> Option<String> {
         let dry = self.dry_mass();
         let is_mass = |r: &Requirement| {
             r.name == MASS.name && matches!(r.kind, RequirementKind::State | RequirementKind::FinalState)

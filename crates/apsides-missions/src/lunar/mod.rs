@@ -13,7 +13,7 @@ use apsides_pipeline::dispersion::Dispersed;
 use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::placing::Whereabouts;
 use apsides_pipeline::values::Values;
-use apsides_pipeline::{Curve, Error, Kind, Mission, Offers, Posed, Scalars};
+use apsides_pipeline::{Cancellation, Curve, Error, Kind, Mission, Offers, Posed, Scalars};
 use apsides_radau::Explanation;
 
 use crate::Refuse;
@@ -106,7 +106,12 @@ macro_rules! results_of_its_lander {
             Some(self.lander.flight.body.radius)
         }
 
-        fn missing(&self, _methods: &Methods, explanation: &Explanation) -> Option<String> {
+        fn missing(
+            &self,
+            _methods: &Methods,
+            explanation: &Explanation,
+            _cancellation: &Cancellation,
+        ) -> Option<String> {
             self.lander.missing_thrust(explanation)
         }
 

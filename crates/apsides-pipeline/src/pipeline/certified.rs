@@ -74,6 +74,11 @@ fn settings_for(status: Status) -> VerifySettings {
 }
 
 impl Pipeline {
+    /// True once the work is to end.
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.run.cancellation.is_asked()
+    }
+
     /// The certificate of a trajectory of the whole flight.
     ///
     /// # Errors
@@ -106,7 +111,7 @@ impl Pipeline {
         let certificate = self.verify(trajectory)?;
         let decided = self.decided(&self.decide()?)?;
         let margins = match solved && certificate.verdict > Verdict::Rejected {
-            true => decided.mission().margins(decided.methods(), trajectory)?,
+            true => decided.mission().margins(decided.methods(), trajectory, &decided.run.cancellation)?,
             false => Scalars::new(),
         };
         Ok((certificate, decided.results(trajectory).into_iter().chain(margins).collect()))
