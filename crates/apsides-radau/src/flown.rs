@@ -20,8 +20,8 @@ const POINTS: usize = 5;
 
 /// A flight from the start of a guess.
 pub(crate) enum Flight {
-    /// The mesh at hand has an interval for each of its steps, on average.
-    IsCarried,
+    /// The flight as a guess; the mesh at hand has an interval for each of its steps, on average.
+    IsCarried(Guess),
     /// The flight as a guess, on a mesh with intervals as long as its steps.
     TakesMore(Guess, Mesh),
     /// There is none: the motion is not finite, or takes too many steps.
@@ -58,12 +58,9 @@ pub(crate) fn fly(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Flight, Radau
         end = Some((flown.final_time, last));
         flights.push((flown, finer));
     }
-    if !takes_more {
-        return Ok(Flight::IsCarried);
-    }
     let (phases, meshes) = flights.into_iter().unzip();
     let flown = Guess { phases, constraint_multipliers: None, parameters: guess.parameters.clone() };
-    Ok(Flight::TakesMore(flown, Mesh { phases: meshes }))
+    Ok(if takes_more { Flight::TakesMore(flown, Mesh { phases: meshes }) } else { Flight::IsCarried(flown) })
 }
 
 struct Start<'a> {

@@ -102,6 +102,7 @@ pub mod settings;
 mod smoothness;
 mod solved;
 pub mod solver;
+mod spread_flights;
 mod starts;
 mod state_bounds;
 pub mod switches;

@@ -13,6 +13,7 @@ use crate::RadauError;
 use crate::flown::{Flight, fly};
 use crate::least_relaxation::Relaxer;
 use crate::solver::{MeshRecord, Radau, RadauSolution, may_go_on};
+use crate::spread_flights::closest_flights;
 use crate::state_bounds::without_arcs;
 
 /// Iterations on a first mesh from a guess, before another start is tried.
@@ -168,10 +169,34 @@ impl Radau {
         let solution = self.solve_on_first_mesh(ocp, guess, mesh, observer)?;
         match solution.status {
             Status::Infeasible if self.is_patient() => {
-                self.solve_on_mesh_of_motion(ocp, guess, mesh, solution, observer)
+                let solution = self.solve_on_mesh_of_motion(ocp, guess, mesh, solution, observer)?;
+                match solution.status {
+                    Status::Infeasible => self.solve_from_flights(ocp, guess, mesh, solution, observer),
+                    _ => Ok(solution),
+                }
             }
             _ => Ok(solution),
         }
+    }
+
+    /// Solves from flights that are spread over what the bounds of controls and times allow; the solution as it is where none leads on.
+    fn solve_from_flights(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: &Mesh,
+        mut infeasible: RadauSolution,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
+        for start in closest_flights(ocp, guess, mesh)? {
+            let most = MOST_ITERATIONS.min(self.settings.nlp.max_iterations);
+            let solution = self.solve_from_guess(ocp, start, mesh.clone(), most, observer)?;
+            infeasible.meshes.extend(solution.meshes.iter().cloned());
+            if solution.report.status.is_success() || !may_go_on(solution.status) {
+                return Ok(RadauSolution { meshes: infeasible.meshes, ..solution });
+            }
+        }
+        Ok(infeasible)
     }
 
     /// True unless the settings allow few iterations: then a solve that led nowhere was one of several, and ends at once.
@@ -195,7 +220,7 @@ impl Radau {
         let reached = &infeasible.trajectory;
         let mut starts = vec![(Guess::earlier(reached), without_arcs(reached.mesh()))];
         match fly(ocp, guess, mesh)? {
-            Flight::IsCarried => return Ok(infeasible),
+            Flight::IsCarried(_) => return Ok(infeasible),
             Flight::TakesMore(flown, finer) => starts.insert(0, (flown, finer)),
             Flight::Fails => {}
         }

@@ -1,0 +1,142 @@
+//! Flights with controls and durations that are spread over what their bounds allow, as starts.
+//!
+//! A guess that is no motion may lead to where the requirements conflict, though there are motions that meet them: straight lines between
+//! the ends of a spiral have the wrong times and the wrong controls. A flight is a motion to begin with, and of many flights some
+//! end close to what is required.
+
+use apsides_nlp::Nlp;
+use apsides_ocp::{Bounds, Guess, Mesh, Ocp, PhaseGuess, Scaling};
+
+use crate::RadauError;
+use crate::flown::{Flight, fly};
+use crate::transcription::Transcription;
+
+/// Flights that are tried: ten values to each of two numbers.
+const FLIGHTS: usize = 100;
+/// Flights that are starts.
+const STARTS: usize = 3;
+/// Largest miss of a start, relative to the scales of what is missed: one that is as far off as these are large is nowhere near.
+const CLOSE: f64 = 1.0;
+/// Largest factor of a free duration, either way.
+const LONGER: f64 = 3.0;
+
+/// The flights that miss the requirements least on a mesh, the closest first; none that is far off.
+pub(crate) fn closest_flights(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Vec<Guess>, RadauError> {
+    let scaling = Scaling::new(ocp, guess);
+    let mut found: Vec<(f64, Guess)> = Vec::new();
+    for parts in Spread::of(numbers(ocp)).take(FLIGHTS) {
+        let Some(steered) = steered(ocp, guess, &scaling, &parts) else { continue };
+        let flown = match fly(ocp, &steered, mesh)? {
+            Flight::IsCarried(flown) | Flight::TakesMore(flown, _) => flown,
+            Flight::Fails => continue,
+        };
+        let miss = largest_miss(&mut Transcription::new(ocp, mesh, &flown)?);
+        if miss < CLOSE {
+            found.push((miss, flown));
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(found.into_iter().take(STARTS).map(|(_, flown)| flown).collect())
+}
+
+/// Numbers that make a flight: both ends of each control, and the duration of each phase.
+fn numbers(ocp: &Ocp) -> usize {
+    ocp.phases.iter().map(|phase| 2 * phase.controls.len() + 1).sum()
+}
+
+/// The guess with controls along straight lines between values at such parts of their bounds, and durations at such parts of what is tried;
+/// none where a duration has no length.
+fn steered(ocp: &Ocp, guess: &Guess, scaling: &Scaling, parts: &[f64]) -> Option<Guess> {
+    let mut parts = parts.iter().copied();
+    let mut phases = Vec::with_capacity(ocp.phases.len());
+    for ((phase, usual), scales) in ocp.phases.iter().zip(&guess.phases).zip(&scaling.phases) {
+        let mut middle = vec![0.0; phase.controls.len()];
+        usual.control(0.5, &mut middle);
+        let mut ends = [Vec::new(), Vec::new()];
+        for ((control, middle), scale) in phase.controls.iter().zip(&middle).zip(&scales.controls) {
+            let range = range(control.bounds, *middle, *scale);
+            for end in &mut ends {
+                end.push(range.lower + parts.next()? * (range.upper - range.lower));
+            }
+        }
+        let factor = LONGER.powf(2.0 * parts.next()? - 1.0);
+        let duration = phase.duration.clamp(factor * (usual.final_time - usual.initial_time));
+        let final_time = phase.final_time.clamp(usual.initial_time + duration);
+        let mut start = vec![0.0; phase.states.len()];
+        usual.state(0.0, &mut start);
+        let times = [usual.initial_time, final_time];
+        phases.push(PhaseGuess::samples(&times, vec![start; 2], ends.to_vec()).ok()?);
+    }
+    Some(Guess { phases, parameters: guess.parameters.clone(), constraint_multipliers: None })
+}
+
+/// The bounds of a control, or where it has none on a side, as far as its scale from the guess.
+fn range(bounds: Bounds, middle: f64, scale: f64) -> Bounds {
+    let or = |bound: f64, other: f64| if bound.is_finite() { bound } else { other };
+    Bounds { lower: or(bounds.lower, middle - scale), upper: or(bounds.upper, middle + scale) }
+}
+
+/// The largest residual of the first point of a transcription, relative to the scale of its row.
+fn largest_miss(nlp: &mut Transcription) -> f64 {
+    let (mut x, m) = (vec![0.0; nlp.variables()], nlp.constraints());
+    nlp.initial_point(&mut x);
+    let (mut values, mut lower, mut upper) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
+    nlp.constraint_values(&x, &mut values);
+    nlp.constraint_bounds(&mut lower, &mut upper);
+    let units = nlp.scaling().map_or_else(|| vec![1.0; m], |s| s.constraints);
+    let miss = |r: usize| ((values[r] - upper[r]).max(lower[r] - values[r]) / units[r]).max(0.0);
+    // What cannot be evaluated is no start.
+    if values.iter().all(|value| value.is_finite()) { (0..m).map(miss).fold(0.0, f64::max) } else { f64::NAN }
+}
+
+/// Points of a unit cube, each far from those before it: multiples of powers of a generalised golden ratio (M. Roberts, The unreasonable
+/// effectiveness of quasirandom sequences, 2018).
+struct Spread {
+    steps: Vec<f64>,
+    point: Vec<f64>,
+}
+
+impl Spread {
+    /// Iterations to the ratio, each of which halves its error at least.
+    const ITERATIONS: usize = 60;
+
+    fn of(dimension: usize) -> Self {
+        // The root of x^(d + 1) = x + 1.
+        let exponent = 1.0 / (dimension + 1) as f64;
+        let ratio = (0..Self::ITERATIONS).fold(2.0, |x: f64, _| (1.0 + x).powf(exponent));
+        let steps = std::iter::successors(Some(1.0 / ratio), |step| Some(step / ratio)).take(dimension);
+        Self { steps: steps.collect(), point: vec![0.5; dimension] }
+    }
+}
+
+impl Iterator for Spread {
+    type Item = Vec<f64>;
+
+    fn next(&mut self) -> Option<Vec<f64>> {
+        let next = self.point.iter().zip(&self.steps).map(|(value, step)| (value + step).fract()).collect();
+        Some(std::mem::replace(&mut self.point, next))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Round-off: sums and powers of numbers of order one.
+    const ROUNDING: f64 = 1e-14;
+
+    /// In one dimension the ratio is the golden one, and no two of the points are closer than they must be.
+    #[test]
+    fn points_are_spread() {
+        let points: Vec<f64> = Spread::of(1).take(FLIGHTS).map(|p| p[0]).collect();
+        let mut sorted = points.clone();
+        sorted.sort_by(f64::total_cmp);
+        let least = sorted.windows(2).map(|w| w[1] - w[0]).fold(1.0, f64::min);
+        let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
+        assert!((points[1] - (0.5 + 1.0 / golden).fract()).abs() < ROUNDING);
+        assert!(least > 0.4 / FLIGHTS as f64, "{least}");
+        // Each quarter of a square has its part.
+        let corner = Spread::of(2).take(FLIGHTS).filter(|p| p[0] < 0.5 && p[1] < 0.5).count();
+        assert!((20..=30).contains(&corner), "{corner}");
+    }
+}
