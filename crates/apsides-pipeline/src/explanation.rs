@@ -7,7 +7,7 @@ use apsides_nlp::Side;
 use apsides_radau::{Conflict, Explanation, Remedy, Requirement, RequirementKind};
 use serde::{Deserialize, Serialize};
 
-use crate::key::{Key, Value};
+use crate::key::{Key, KeyKind, Value};
 use crate::unit_ending::name_of;
 use crate::values::Values;
 
@@ -126,6 +126,10 @@ pub(crate) fn in_keys(explanation: &Explanation, values: &Values, datum: Option<
         Some(_) => 2,
         None => 3,
     };
+    // A value that its key does not take is no advice, unless there is no other.
+    if remedies.iter().any(|m| is_taken(m, values)) {
+        remedies.retain(|m| is_taken(m, values));
+    }
     conflicts.sort_by_key(|c| rank(&c.requirement));
     remedies.sort_by_key(|m| rank(&m.requirement));
     // Of several sets that conflict the one of a value that the user set: alone, it restores feasibility as well.
@@ -137,6 +141,15 @@ pub(crate) fn in_keys(explanation: &Explanation, values: &Values, datum: Option<
         conflicts = vec![Conflict { requirement, amount, at: None, time_unit: String::new() }];
     }
     Explanation { conflicts, remedies, ..explanation.clone() }
+}
+
+/// True unless the key of a remedy does not take its value.
+fn is_taken(remedy: &Remedy, values: &Values) -> bool {
+    let key = remedy.requirement.stated_by.as_ref().and_then(|path| values.keys().find(|k| k.path == *path));
+    key.is_none_or(|key| match &key.kind {
+        KeyKind::Number(_, range) => range.contains(remedy.to),
+        _ => true,
+    })
 }
 
 /// A unit of the reader: `shown = (value - origin) / size`.

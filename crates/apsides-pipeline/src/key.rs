@@ -52,7 +52,7 @@ impl Range {
     /// A part of what double precision resolves: from a hundred times its spacing up, below one.
     pub const TOLERANCE: Self = Self { least: (1e-14, true), most: (1.0, false) };
 
-    fn contains(&self, v: f64) -> bool {
+    pub(crate) fn contains(&self, v: f64) -> bool {
         let above = v > self.least.0 || (self.least.1 && v == self.least.0);
         let below = v < self.most.0 || (self.most.1 && v == self.most.0);
         (v.is_finite() || self.takes(v)) && above && below

@@ -79,6 +79,8 @@ const LOWER: f64 = 0.99;
 const MOST_LOWER: usize = 3;
 /// Starts that agree on the least amounts, after which no more are tried.
 const AGREED: usize = 3;
+/// Part of a change that the rounding of a limit may hide.
+const LOST: f64 = 0.1;
 /// Requirements tried alone besides those that conflict.
 const MOST_OTHERS: usize = 5;
 
@@ -323,9 +325,10 @@ impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let r = &self.requirement;
         let change = if r.side == Side::Lower { "lowered" } else { "raised" };
-        let to = outward(self.to, r.side);
+        let to = outward(self.to, r.limit, r.side);
         // A change in later digits is shown in all of them.
-        let from = if short(r.limit) == to { r.limit } else { short(r.limit) };
+        let is_lost = (short(r.limit) - r.limit).abs() > LOST * (to - r.limit).abs();
+        let from = if is_lost { r.limit } else { short(r.limit) };
         write!(f, "{} is {change} from {from} to {to} {}", r.quantity(), r.unit)?;
         r.stated_by.as_ref().map_or(Ok(()), |name| write!(f, " (`{name}`)"))
     }

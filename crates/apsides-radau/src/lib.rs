@@ -112,7 +112,7 @@ pub use apsides_nlp::Side;
 pub use apsides_ocp::{RowOrigin, Unmet};
 pub use error::RadauError;
 pub use explanation::{Conflict, Explanation, Remedy};
-pub use relaxation::{Requirement, RequirementKind};
+pub use relaxation::{Requirement, RequirementKind, rounded_up};
 pub use scales::ScaleWarning;
 pub use session::{Resolved, Session};
 pub use settings::RadauSettings;

@@ -103,22 +103,41 @@ impl fmt::Display for Requirement {
 
 /// Six significant digits.
 pub(crate) fn short(v: f64) -> f64 {
-    round(v, f64::round)
+    rounded(v, decimals(v, DIGITS), f64::round)
 }
 
-/// Six significant digits, rounded so that the relaxation does not become smaller by more than a hundredth of the last.
-pub(crate) fn outward(v: f64, side: Side) -> f64 {
+/// A bound that replaces a limit in six significant digits, or as many more as show three of the change, rounded so that the change does not
+/// become smaller by more than a hundredth of the last.
+pub(crate) fn outward(v: f64, limit: f64, side: Side) -> f64 {
+    let of_change = decimals(v - limit, DIGITS_OF_CHANGE).min(decimals(v, MOST_DIGITS));
+    let decimals = decimals(v, DIGITS).max(of_change);
     match side {
-        Side::Lower => round(v, |v| (v + 0.01).floor()),
-        Side::Upper => round(v, |v| (v - 0.01).ceil()),
+        Side::Lower => rounded(v, decimals, |v| (v + 0.01).floor()),
+        Side::Upper => rounded(v, decimals, |v| (v - 0.01).ceil()),
     }
 }
 
-fn round(v: f64, to_whole: fn(f64) -> f64) -> f64 {
+/// So many significant digits, rounded up: a number that is named as enough.
+#[must_use]
+pub fn rounded_up(v: f64, digits: i32) -> f64 {
+    rounded(v, decimals(v, digits), f64::ceil)
+}
+
+/// Significant digits of a number that is said.
+const DIGITS: i32 = 6;
+const DIGITS_OF_CHANGE: i32 = 3;
+/// More than these are those of its rounding.
+const MOST_DIGITS: i32 = 14;
+
+/// Decimals that show so many significant digits.
+fn decimals(v: f64, digits: i32) -> i32 {
+    if v == 0.0 || !v.is_finite() { 0 } else { digits - 1 - v.abs().log10().floor() as i32 }
+}
+
+fn rounded(v: f64, digits: i32, to_whole: fn(f64) -> f64) -> f64 {
     if v == 0.0 || !v.is_finite() {
         return v;
     }
-    let digits = 5 - v.abs().log10().floor() as i32;
     // Dividing by a power of ten gives the nearest decimal, multiplying by its inverse does not.
     let unit = 10f64.powi(digits.abs());
     if digits >= 0 { to_whole(v * unit) / unit } else { to_whole(v / unit) * unit }
@@ -329,5 +348,24 @@ impl Item {
             }
         }
         worst.map(|(_, t)| t)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A change in late digits is shown, and towards the side that helps.
+    #[test]
+    fn advice_is_rounded_to_the_safe_side() {
+        assert_eq!(outward(59.966_722_3, 60.0, Side::Lower), 59.9667);
+        assert_eq!(outward(153.736_498_76, 153.7365, Side::Lower), 153.736_498_76);
+        assert_eq!(outward(153.736_498_761_3, 153.7365, Side::Lower), 153.736_498_76);
+        assert_eq!(outward(-6.171_461_2, -5.0, Side::Lower), -6.171_47);
+        assert_eq!(outward(22_102.325_18, 22_100.0, Side::Upper), 22_102.33);
+        assert_eq!(outward(1.000_000_123_4, 1.0, Side::Upper), 1.000_000_124);
+        assert_eq!(outward(0.0, 5.0, Side::Lower), 0.0);
+        assert_eq!(rounded_up(440.244, 3), 441.0);
+        assert_eq!(rounded_up(0.013_101, 3), 0.0132);
     }
 }

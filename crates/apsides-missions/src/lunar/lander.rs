@@ -5,7 +5,7 @@ use apsides_dynamics::planar::{HORIZONTAL_SPEED, MASS, PlanarFlight, RADIAL_SPEE
 use apsides_ocp::Trajectory;
 use apsides_pipeline::Error;
 use apsides_pipeline::values::Values;
-use apsides_radau::Explanation;
+use apsides_radau::{Explanation, rounded_up};
 
 use super::keys;
 use crate::Refuse;
@@ -98,6 +98,9 @@ pub struct LunarLander {
 /// Part of the weight at ignition up to which a lander needs to burn propellant before it can brake.
 const LITTLE_THRUST: f64 = 0.4;
 
+/// Significant digits of a thrust that would do: that the ratio at the end is the same for all is true to as many.
+const DIGITS_OF_THRUST: i32 = 3;
+
 /// Times of a flight at which its costates are looked at.
 const LOOKS: u32 = 200;
 /// Size of the costates of the speeds, by their largest one, below which the direction of the thrust has no effect.
@@ -118,8 +121,9 @@ impl LunarLander {
         let dry_mass = Some(of_mass.to).filter(|m| (0.0..self.dry_mass).contains(m))?;
         let thrust = engine.thrust * self.dry_mass / dry_mass;
         Some(format!(
-            "with `dry_mass_kg` as it is, `thrust_n` has to be about {thrust:.1}: the braking ends with {:.3} m/s2 of thrust by mass, and the \
+            "with `dry_mass_kg` as it is, `thrust_n` has to be about {}: the braking ends with {:.3} m/s2 of thrust by mass, and the \
              engine burns all the time",
+            rounded_up(thrust, DIGITS_OF_THRUST),
             engine.thrust / dry_mass
         ))
     }
