@@ -184,7 +184,7 @@ fn sentences_name_the_key_and_are_short() {
         ("lunar-two-phase", "initial_mass_kg=1e300"),
         ("lunar-two-phase", "isp_s=1e300"),
         ("lunar-two-phase", "body_radius_km=1e-300"),
-        ("lunar-two-phase", "gravitational_parameter_km3_s2=1e-12"),
+        ("lunar-two-phase", "gravitational_parameter_km3_s2=1e-30"),
         ("lunar-direct", "thrust_n=1e300"),
         ("moving-mass-cross", "moving_mass_kg=1e300"),
         ("moving-mass-cross", "offset_y_m=1e300"),
