@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use apsides_nlp::{Nlp, NlpError, Observer, Side, Status};
+use apsides_nlp::{NlpError, Observer, Side, Status};
 use apsides_ocp::effective_controls::within_effect;
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Unmet};
 
@@ -13,6 +13,7 @@ use crate::RadauError;
 use crate::least_relaxation::{Relaxed, Relaxer};
 use crate::relaxation::{Requirement, outward, short};
 use crate::solver::{MeshRecord, Radau};
+use crate::start_residuals::StartResiduals;
 use crate::state_bounds::without_arcs;
 use crate::transcription::Transcription;
 
@@ -159,20 +160,9 @@ impl Radau {
         most: usize,
     ) -> Result<Vec<Unmet>, RadauError> {
         let mut nlp = Transcription::new(ocp, mesh, guess)?;
-        let (mut x, m) = (vec![0.0; nlp.variables()], nlp.constraints());
-        nlp.initial_point(&mut x);
-        let (mut values, mut lower, mut upper) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
-        nlp.constraint_values(&x, &mut values);
-        nlp.constraint_bounds(&mut lower, &mut upper);
-        let units = nlp.scaling().map_or_else(|| vec![1.0; m], |s| s.constraints);
-        let mut rows: Vec<(f64, usize, f64)> = (0..m)
-            .map(|r| {
-                let amount = (values[r] - upper[r]).max(0.0) - (lower[r] - values[r]).max(0.0);
-                // What cannot be evaluated comes first.
-                let amount = if values[r].is_finite() { amount } else { f64::NAN };
-                let size = if amount.is_nan() { f64::INFINITY } else { amount.abs() / units[r] };
-                (size, r, amount)
-            })
+        let StartResiduals { x, rows } = StartResiduals::of(&mut nlp);
+        let mut rows: Vec<(f64, usize, f64)> = (rows.into_iter().enumerate())
+            .map(|(r, (size, amount))| (size, r, amount))
             .filter(|(size, ..)| *size > ROUNDING)
             .collect();
         rows.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -103,6 +103,7 @@ mod smoothness;
 mod solved;
 pub mod solver;
 mod spread_flights;
+mod start_residuals;
 mod starts;
 mod state_bounds;
 pub mod switches;

@@ -4,11 +4,11 @@
 //! the ends of a spiral have the wrong times and the wrong controls. A flight is a motion to begin with, and of many flights some
 //! end close to what is required.
 
-use apsides_nlp::Nlp;
 use apsides_ocp::{Bounds, Guess, Mesh, Ocp, PhaseGuess, Scaling};
 
 use crate::RadauError;
 use crate::flown::{Flight, fly};
+use crate::start_residuals::StartResiduals;
 use crate::transcription::Transcription;
 
 /// Flights that are tried: ten values to each of two numbers.
@@ -30,7 +30,7 @@ pub(crate) fn closest_flights(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<V
             Flight::IsCarried(flown) | Flight::TakesMore(flown, _) => flown,
             Flight::Fails => continue,
         };
-        let miss = largest_miss(&mut Transcription::new(ocp, mesh, &flown)?);
+        let miss = StartResiduals::of(&mut Transcription::new(ocp, mesh, &flown)?).largest();
         if miss < CLOSE {
             found.push((miss, flown));
         }
@@ -74,19 +74,6 @@ fn steered(ocp: &Ocp, guess: &Guess, scaling: &Scaling, parts: &[f64]) -> Option
 fn range(bounds: Bounds, middle: f64, scale: f64) -> Bounds {
     let or = |bound: f64, other: f64| if bound.is_finite() { bound } else { other };
     Bounds { lower: or(bounds.lower, middle - scale), upper: or(bounds.upper, middle + scale) }
-}
-
-/// The largest residual of the first point of a transcription, relative to the scale of its row.
-fn largest_miss(nlp: &mut Transcription) -> f64 {
-    let (mut x, m) = (vec![0.0; nlp.variables()], nlp.constraints());
-    nlp.initial_point(&mut x);
-    let (mut values, mut lower, mut upper) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
-    nlp.constraint_values(&x, &mut values);
-    nlp.constraint_bounds(&mut lower, &mut upper);
-    let units = nlp.scaling().map_or_else(|| vec![1.0; m], |s| s.constraints);
-    let miss = |r: usize| ((values[r] - upper[r]).max(lower[r] - values[r]) / units[r]).max(0.0);
-    // What cannot be evaluated is no start.
-    if values.iter().all(|value| value.is_finite()) { (0..m).map(miss).fold(0.0, f64::max) } else { f64::NAN }
 }
 
 /// Points of a unit cube, each far from those before it: multiples of powers of a generalised golden ratio (M. Roberts, The unreasonable

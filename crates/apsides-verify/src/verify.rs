@@ -147,7 +147,7 @@ fn conditions(
         remarks.extend(second.remark);
         // Of one that something else beats it does not matter.
         if checks.iter().all(|c| c.passed || c.kind == CheckKind::Strictness) {
-            checks.push(worth::check(boundary, &mut conditions));
+            checks.push(worth::check(boundary, trajectory, &mut conditions));
         }
     }
     (checks, remarks)

@@ -8,7 +8,7 @@
 //! It is small wherever multipliers are. Where a constraint can only just be met they grow without bound, and what a tolerance allows moves the
 //! objective by more than its own tolerance (D. G. Luenberger, Y. Ye, Linear and Nonlinear Programming, Springer 2008, section 11.7: sensitivity).
 
-use apsides_ocp::Ocp;
+use apsides_ocp::{Ocp, Trajectory};
 
 use super::{KIND, NO_OBJECTIVE, PhaseConditions};
 use crate::Check;
@@ -26,9 +26,13 @@ const WORTH: &str = "worth of what is missed";
 /// A part of the worth, and its place in words.
 type Worth = (f64, String);
 
-/// The check of a trajectory with its costates, and of the flights made from it.
-pub(crate) fn check(boundary: &Boundary<'_>, conditions: &mut [PhaseConditions<'_>]) -> Check {
-    let Boundary { ocp, trajectory, flights, settings, .. } = boundary;
+/// The check of a trajectory with its multipliers, stated or found, and of the flights made from it.
+pub(crate) fn check(
+    boundary: &Boundary<'_>,
+    trajectory: &Trajectory,
+    conditions: &mut [PhaseConditions<'_>],
+) -> Check {
+    let Boundary { ocp, flights, settings, .. } = boundary;
     let mut parts: Vec<Worth> = Vec::new();
     for (phase, flight) in conditions.iter_mut().zip(*flights) {
         phase.worth_of_ends(flight, &mut parts);
@@ -59,7 +63,7 @@ fn worth_of_constraints(ocp: &Ocp, ends: &Ends, multipliers: Option<&[Vec<f64>]>
 }
 
 impl PhaseConditions<'_> {
-    fn worth_of_ends(&mut self, flight: &Flight, parts: &mut Vec<Worth>) {
+    fn worth_of_ends(&self, flight: &Flight, parts: &mut Vec<Worth>) {
         let phase = self.equations.phase;
         let stated = [self.found.state_at(self.found.initial_time), self.found.final_state()];
         let flown = [&flight.initial_state, &flight.final_state];

@@ -3,14 +3,16 @@
 use super::parts::{breaks, phase, trajectory};
 use super::{certify, find};
 use crate::Verdict;
-use apsides_ad::{Dynamics, PathFunction, Scalar};
-use apsides_ocp::{Bounds, Ocp, Phase, State, Trajectory, Variable};
+use apsides_ad::{Dynamics, PathFunction, Scalar, VectorFunction};
+use apsides_ocp::{At, Bounds, Ocp, Phase, State, Trajectory, Variable};
 
 /// The end, and what is allowed of it.
 const END: f64 = 1e-10;
 const MISS: f64 = 1e-8;
 /// The costate is that of the control to rounding.
 const LAST_BITS: f64 = 1e-9;
+/// Multipliers by least squares of the adjoint equation, relative.
+const FOUND: f64 = 1e-7;
 
 /// `x' = u^2`, which is nothing but by its second order.
 struct Square;
@@ -28,13 +30,25 @@ impl PathFunction<1, 1, 1> for Distance {
     }
 }
 
+/// The end itself.
+struct Same;
+impl VectorFunction<1, 1> for Same {
+    fn evaluate<S: Scalar>(&self, z: &[S; 1]) -> [S; 1] {
+        [z[0]]
+    }
+}
+
 /// As near to a control of one as an end near zero allows: `u = sqrt(END)`.
-fn problem() -> Ocp {
-    let phase = Phase::new("way", Square)
-        .states([State::new("x", "-").starts_at(0.0).ends_at(END).scaled_by(1.0)])
+fn way(x: State) -> Phase {
+    Phase::new("way", Square)
+        .states([x.starts_at(0.0).scaled_by(1.0)])
         .controls([Variable::new("u", "-").within(-1.0, 1.0)])
         .integral(Variable::new("distance", "-"), Distance)
-        .final_time(Bounds::fixed(1.0));
+        .final_time(Bounds::fixed(1.0))
+}
+
+fn problem() -> Ocp {
+    let phase = way(State::new("x", "-").ends_at(END));
     Ocp::builder("only just").phase(phase).minimize_integral("way", "distance").build().expect("well-posed")
 }
 
@@ -61,4 +75,26 @@ fn what_is_missed_counts_with_its_multiplier() {
     let expected = MISS * (1.0 - u) / u;
     assert!((worth.value / expected - 1.0).abs() < LAST_BITS, "{} of {expected}", worth.value);
     assert!(worth.at.contains("final x"), "{}", worth.at);
+}
+
+/// The end as a condition of its own, whose multiplier the adjoint equation gives.
+#[test]
+fn multipliers_that_are_not_stated_count_too() {
+    let end = Variable::new("end", "-").within(END, END).scaled_by(1.0);
+    let ocp = Ocp::builder("only just")
+        .phase(way(State::new("x", "-")))
+        .constrain("end", [end], [At::FinalState("way", "x")], Same)
+        .minimize_integral("way", "distance")
+        .build()
+        .expect("well-posed");
+    let mut missed = extremal(END + MISS);
+    missed.phases[0].costate = None;
+    missed.constraint_multipliers = None;
+    let certificate = certify(&ocp, &missed);
+    assert_eq!(certificate.verdict, Verdict::Feasible);
+    let worth = find(&certificate, "worth");
+    let u = (END + MISS).sqrt();
+    let expected = MISS * (1.0 - u) / u;
+    assert!((worth.value / expected - 1.0).abs() < FOUND, "{} of {expected}", worth.value);
+    assert!(worth.at.contains("`end`"), "{}", worth.at);
 }
