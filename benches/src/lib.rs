@@ -33,6 +33,8 @@ pub mod numbers;
 pub mod peak_memory;
 pub mod timed;
 
+use mimalloc::MiMalloc;
+
 pub use cpu_time::CpuTime;
 pub use flat::FlatLanding;
 pub use formulas::Formulas;
@@ -40,3 +42,7 @@ pub use landing::{Landing, Start};
 pub use numbers::Numbers;
 pub use peak_memory::peak_memory;
 pub use timed::Timed;
+
+/// That of the program `apsides`: what a stranger gets.
+#[global_allocator]
+static ALLOCATOR: MiMalloc = MiMalloc;

@@ -7,6 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::assembly::{Extent, TwinChildren, place_contributions, place_entries, relative_rows};
 use crate::bundle::Bundles;
 use crate::dense::{GROUP, Triangle, clear, eliminate_below, for_columns, products, subtract_products};
+use crate::norms::all_finite;
 use crate::pivot::pivot;
 use crate::refine::Substitution;
 use crate::structure::Structure;
@@ -116,7 +117,7 @@ impl Substitution for Multifrontal {
             return false;
         }
         self.arch.dispatch(Substitute { factor: self, x: &mut *x });
-        x.iter().all(|v| v.is_finite())
+        all_finite(x)
     }
 }
 

@@ -3,8 +3,9 @@
 use crate::analysis::Analysis;
 use crate::inertia::Inertia;
 use crate::multifrontal::Multifrontal;
+use crate::norms::{all_finite, maximum};
 use crate::pivoted::Pivoted;
-use crate::refine::{Refiner, System, maximum};
+use crate::refine::{Refiner, System};
 use crate::scaling::{equilibrate, power_of_two, smallest_row};
 use crate::settings::check_nonnegative;
 use crate::structure::Structure;
@@ -170,7 +171,7 @@ impl KktSystem {
             // The sign tells primal from dual rows.
             self.values[p as usize] += if shift.is_sign_positive() { primal_shift } else { -dual_shift };
         }
-        if !self.values.iter().all(|v| v.is_finite()) {
+        if !all_finite(&self.values) {
             let index = values.iter().position(|v| !v.is_finite()).unwrap_or(0);
             return Err(KktError::NotFinite { what: "values", index });
         }
@@ -190,6 +191,13 @@ impl KktSystem {
         // A zero pivot of a fixed order is no proof of a singular matrix: it may be an accident of the order.
         let unit = self.unit;
         Ok(self.pivoted()?.inertia(unit).unwrap_or(inertia))
+    }
+
+    /// Forgets the scales of earlier matrices, from which those of the next one begin: what follows gives the same bits as with a system that was
+    /// just analysed.
+    pub fn forget(&mut self) {
+        self.scale.fill(1.0);
+        self.factored = false;
     }
 
     /// The pivoted factorisation of the matrix last given to [`factor`](Self::factor).
@@ -223,7 +231,8 @@ impl KktSystem {
         if solution.len() != n {
             return Err(KktError::Dimension { what: "solution", found: solution.len(), expected: n });
         }
-        if let Some(index) = rhs.iter().position(|v| !v.is_finite()) {
+        if !all_finite(rhs) {
+            let index = rhs.iter().position(|v| !v.is_finite()).unwrap_or(0);
             return Err(KktError::NotFinite { what: "rhs", index });
         }
         self.counters.solves += 1;
@@ -244,7 +253,7 @@ impl KktSystem {
         for ((&x, &row), &s) in self.solution.iter().zip(&self.order).zip(&self.scale) {
             solution[row as usize] = x * s * unit;
         }
-        if quality.residual.is_nan() || !solution.iter().all(|v| v.is_finite()) {
+        if quality.residual.is_nan() || !all_finite(solution) {
             quality.residual = f64::INFINITY;
         }
         Ok(quality)

@@ -4,6 +4,7 @@
 use apsides_basis::golden_section;
 
 use crate::model::BarrierModel;
+use crate::quality::QualityFunction;
 use crate::settings::{BarrierOracle, BarrierStrategy, NlpSettings};
 use crate::state::SolverState;
 use crate::vector::dot;
@@ -32,6 +33,7 @@ pub(crate) struct BarrierControl {
     references: [f64; MEMORY],
     next_reference: usize,
     largest: f64,
+    quality: QualityFunction,
 }
 
 impl BarrierControl {
@@ -44,6 +46,7 @@ impl BarrierControl {
             references: [f64::INFINITY; MEMORY],
             next_reference: 0,
             largest: f64::INFINITY,
+            quality: QualityFunction::default(),
         }
     }
 
@@ -118,7 +121,7 @@ impl BarrierControl {
     }
 
     /// The parameter for this iteration, from the affine direction in `step` and the centring direction in `corrected`.
-    pub(crate) fn choose_barrier(&self, state: &SolverState) -> f64 {
+    pub(crate) fn choose_barrier(&mut self, state: &SolverState) -> f64 {
         let average = state.bounds.average_complementarity(&state.current);
         if state.bounds.len() == 0 {
             return state.final_barrier;
@@ -132,11 +135,9 @@ impl BarrierControl {
     }
 
     /// Golden section in the logarithm of the centring parameter.
-    fn best_centring(&self, state: &SolverState, average: f64) -> f64 {
-        let dual = dot(&state.dual_residual, &state.dual_residual) / state.dual_residual.len() as f64;
-        let constraints = &state.current.constraints;
-        let primal = dot(constraints, constraints) / constraints.len().max(1) as f64;
-        let quality = |log_centring: f64| quality(state, log_centring.exp() * average, dual, primal);
+    fn best_centring(&mut self, state: &SolverState, average: f64) -> f64 {
+        self.quality.take_in(state);
+        let quality = |log_centring: f64| self.quality.value(log_centring.exp() * average);
         let least = LEAST_CENTRING.max((state.final_barrier / average).min(1.0)).ln();
         let (low, high) = if quality(0.0) <= quality(0.99_f64.ln()) {
             (0.0, LARGEST_CENTRING.min(self.largest / average).max(1.0).ln())
@@ -162,30 +163,6 @@ fn probed_centring(state: &SolverState, average: f64) -> f64 {
     let mut sum = 0.0;
     for_each_product(state, 0.0, primal, dual, |product| sum += product);
     (sum / state.bounds.len() as f64 / average).max(0.0).powi(3).clamp(LEAST_CENTRING, 1.0)
-}
-
-/// Linear model of the squared optimality error after a step with this barrier parameter.
-fn quality(state: &SolverState, barrier: f64, dual_error: f64, primal_error: f64) -> f64 {
-    let (point, bounds, tau) = (&state.current, &state.bounds, state.settings.boundary_fraction);
-    let mut primal = 1.0_f64;
-    let mut dual = 1.0_f64;
-    for &i in &bounds.lower_set {
-        let dv = state.step.v[i] + barrier * state.corrected.v[i];
-        let dz = state.step.zl[i] + barrier * state.corrected.zl[i];
-        primal = primal.min(if dv < 0.0 { -tau * point.lower_slack[i] / dv } else { 1.0 });
-        dual = dual.min(if dz < 0.0 { -tau * point.zl[i] / dz } else { 1.0 });
-    }
-    for &i in &bounds.upper_set {
-        let dv = state.step.v[i] + barrier * state.corrected.v[i];
-        let dz = state.step.zu[i] + barrier * state.corrected.zu[i];
-        primal = primal.min(if dv > 0.0 { tau * point.upper_slack[i] / dv } else { 1.0 });
-        dual = dual.min(if dz < 0.0 { -tau * point.zu[i] / dz } else { 1.0 });
-    }
-    let mut complementarity = 0.0;
-    for_each_product(state, barrier, primal, dual, |product| complementarity += product * product);
-    (1.0 - dual).powi(2) * dual_error
-        + (1.0 - primal).powi(2) * primal_error
-        + complementarity / bounds.len() as f64
 }
 
 /// Slack times multiplier of every bound after a step with the given lengths.

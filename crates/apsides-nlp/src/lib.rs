@@ -73,7 +73,7 @@
 //! | `scaled`, `scaling` | fixed variables removed, slacks added, everything scaled; the only place that knows the user's units |
 //! | `model` | the problem as the engine sees it |
 //! | `engine` | the iteration, with what begins and ends it (`start`) |
-//! | `step`, `line_search`, `barrier` | the strategies of the iteration: direction, step length, barrier parameter |
+//! | `step`, `line_search`, `barrier`, `quality` | the strategies of the iteration: direction, step length, barrier parameter and what it is chosen by |
 //! | `curvature`, `active_set` | the end of a solve: saddles are left, weakly active bounds met exactly |
 //! | `state`, `iterate`, `filter`, `vector` | the state that they share: points, directions, bounds, filter |
 //! | `augmented` | the linear system without slacks and elastic variables |
@@ -107,6 +107,7 @@ mod iterate;
 mod line_search;
 mod model;
 mod problem;
+mod quality;
 mod requirement;
 mod resolver;
 mod restoration;

@@ -1,0 +1,190 @@
+//! The quality function of the adaptive strategy (Nocedal, Waechter and Waltz 2009, doi 10.1137/060649513, section 4): a linear model of the
+//! squared optimality error after a step, as a function of the barrier parameter.
+
+use crate::state::SolverState;
+use crate::vector::dot;
+
+/// Bounds that are treated at once.
+const LANES: usize = 4;
+
+/// What one evaluation needs of each bound, side by side; allocated once.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct QualityFunction {
+    bounds: Vec<Lanes>,
+    count: usize,
+    /// Mean squares of the dual residual and of the constraints.
+    dual_error: f64,
+    primal_error: f64,
+}
+
+/// Slacks and multipliers of some bounds, their affine steps, and the derivatives of their steps by the barrier parameter. A lane without a
+/// bound has nothing.
+#[derive(Debug, Clone, Copy)]
+struct Lanes {
+    slack: Side,
+    multiplier: Side,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    value: [f64; LANES],
+    affine: [f64; LANES],
+    centring: [f64; LANES],
+    /// Affine and centring step relative to what a step may take of the value.
+    affine_part: [f64; LANES],
+    centring_part: [f64; LANES],
+}
+
+impl Side {
+    const NONE: Self = Self {
+        value: [0.0; LANES],
+        affine: [0.0; LANES],
+        centring: [0.0; LANES],
+        affine_part: [0.0; LANES],
+        centring_part: [0.0; LANES],
+    };
+
+    fn set(&mut self, lane: usize, [value, affine, centring]: [f64; 3], tau: f64) {
+        self.value[lane] = value;
+        (self.affine[lane], self.centring[lane]) = (affine, centring);
+        let most = tau * value;
+        (self.affine_part[lane], self.centring_part[lane]) = (affine / most, centring / most);
+    }
+
+    /// Raises the largest decreases to those of a step with this barrier parameter, in parts of what a step may take.
+    #[inline(always)]
+    fn raise(&self, barrier: f64, largest: &mut [f64; LANES]) {
+        for lane in 0..LANES {
+            let decrease = -(self.affine_part[lane] + barrier * self.centring_part[lane]);
+            largest[lane] = if decrease > largest[lane] { decrease } else { largest[lane] };
+        }
+    }
+
+    /// The value after a part of the step.
+    #[inline(always)]
+    fn after(&self, lane: usize, part: f64, barrier: f64) -> f64 {
+        self.value[lane] + part * (self.affine[lane] + barrier * self.centring[lane])
+    }
+}
+
+impl QualityFunction {
+    /// Takes in the affine direction in `step` and the centring direction in `corrected`.
+    pub(crate) fn take_in(&mut self, state: &SolverState) {
+        let mean = |values: &[f64]| dot(values, values) / values.len().max(1) as f64;
+        let (point, bounds, step, centring) = (&state.current, &state.bounds, &state.step, &state.corrected);
+        self.dual_error = mean(&state.dual_residual);
+        self.primal_error = mean(&point.constraints);
+        let tau = state.settings.boundary_fraction;
+        self.count = bounds.len();
+        self.bounds.clear();
+        let none = Lanes { slack: Side::NONE, multiplier: Side::NONE };
+        self.bounds.resize(self.count.div_ceil(LANES), none);
+        let lower = bounds.lower_set.iter().map(|&i| {
+            let slack = [point.lower_slack[i], step.v[i], centring.v[i]];
+            (slack, [point.zl[i], step.zl[i], centring.zl[i]])
+        });
+        let upper = bounds.upper_set.iter().map(|&i| {
+            let slack = [point.upper_slack[i], -step.v[i], -centring.v[i]];
+            (slack, [point.zu[i], step.zu[i], centring.zu[i]])
+        });
+        for (k, (slack, multiplier)) in lower.chain(upper).enumerate() {
+            let lanes = &mut self.bounds[k / LANES];
+            lanes.slack.set(k % LANES, slack, tau);
+            lanes.multiplier.set(k % LANES, multiplier, tau);
+        }
+    }
+
+    /// The modelled error after the longest steps with this barrier parameter.
+    pub(crate) fn value(&self, barrier: f64) -> f64 {
+        let (mut primal, mut dual) = ([1.0; LANES], [1.0; LANES]);
+        for lanes in &self.bounds {
+            lanes.slack.raise(barrier, &mut primal);
+            lanes.multiplier.raise(barrier, &mut dual);
+        }
+        let longest = |decreases: [f64; LANES]| 1.0 / decreases.into_iter().fold(1.0, f64::max);
+        let (primal, dual) = (longest(primal), longest(dual));
+        let mut sums = [0.0; LANES];
+        for lanes in &self.bounds {
+            for lane in 0..LANES {
+                let product =
+                    lanes.slack.after(lane, primal, barrier) * lanes.multiplier.after(lane, dual, barrier);
+                sums[lane] += product * product;
+            }
+        }
+        let complementarity: f64 = sums.into_iter().sum();
+        (1.0 - dual).powi(2) * self.dual_error
+            + (1.0 - primal).powi(2) * self.primal_error
+            + complementarity / self.count as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Structure;
+    use crate::problem::Pattern;
+    use crate::settings::NlpSettings;
+
+    /// Round-off of sums of a few terms.
+    const ROUNDING: f64 = 1e-14;
+
+    /// Five variables with six bounds among them, with steps that are stopped by a slack and by a multiplier.
+    fn state() -> SolverState {
+        let structure = Structure {
+            variables: 5,
+            slacks: 0,
+            units: Vec::new(),
+            constraints: 1,
+            jacobian: Pattern::default(),
+            hessian: Pattern::default(),
+        };
+        let infinite = f64::INFINITY;
+        let lower = [0.0, -infinite, 0.0, 1.0, -infinite];
+        let upper = [infinite, 2.0, 3.0, 5.0, infinite];
+        let mut state = SolverState::new(&structure, &lower, &upper, &NlpSettings::default());
+        state.current.v.copy_from_slice(&[0.5, 1.5, 1.0, 1.25, 7.0]);
+        state.measure_current();
+        state.current.zl.copy_from_slice(&[1.0, 0.0, 0.25, 2.0, 0.0]);
+        state.current.zu.copy_from_slice(&[0.0, 0.5, 0.125, 0.0625, 0.0]);
+        state.step.v.copy_from_slice(&[-0.75, 0.25, 0.5, -0.125, 4.0]);
+        state.step.zl.copy_from_slice(&[0.5, 0.0, -0.5, -1.0, 0.0]);
+        state.step.zu.copy_from_slice(&[0.0, 1.0, -0.0625, 0.5, 0.0]);
+        state.corrected.v.copy_from_slice(&[2.0, -1.0, 0.5, 0.25, 1.0]);
+        state.corrected.zl.copy_from_slice(&[1.0, 0.0, 3.0, 0.5, 0.0]);
+        state.corrected.zu.copy_from_slice(&[0.0, -2.0, 1.0, 0.25, 0.0]);
+        state.dual_residual.copy_from_slice(&[0.5, -0.25, 0.0, 1.0, 0.125]);
+        state.current.constraints[0] = 0.75;
+        state
+    }
+
+    #[test]
+    fn the_model_is_the_error_after_the_longest_steps() {
+        let state = state();
+        let mut quality = QualityFunction::default();
+        quality.take_in(&state);
+        for barrier in [0.0, 1e-3, 0.3] {
+            let step = |affine: &[f64], centring: &[f64], i: usize| affine[i] + barrier * centring[i];
+            let (bounds, point) = (&state.bounds, &state.current);
+            let (tau, step_length) = (state.settings.boundary_fraction, |length: f64| (1.0 - length).powi(2));
+            let dv: Vec<f64> = (0..5).map(|i| step(&state.step.v, &state.corrected.v, i)).collect();
+            let dzl: Vec<f64> = (0..5).map(|i| step(&state.step.zl, &state.corrected.zl, i)).collect();
+            let dzu: Vec<f64> = (0..5).map(|i| step(&state.step.zu, &state.corrected.zu, i)).collect();
+            let primal = bounds.longest_primal(point, &dv, tau);
+            let dual = bounds.longest_dual(point, &dzl, &dzu, tau);
+            let lower = bounds
+                .lower_set
+                .iter()
+                .map(|&i| (point.lower_slack[i] + primal * dv[i]) * (point.zl[i] + dual * dzl[i]));
+            let upper = bounds
+                .upper_set
+                .iter()
+                .map(|&i| (point.upper_slack[i] - primal * dv[i]) * (point.zu[i] + dual * dzu[i]));
+            let products: f64 = lower.chain(upper).map(|p| p * p).sum();
+            let expected = step_length(dual) * dot(&state.dual_residual, &state.dual_residual) / 5.0
+                + step_length(primal) * 0.75 * 0.75
+                + products / bounds.len() as f64;
+            assert!(barrier > 0.0 || (primal < 1.0 && dual < 1.0));
+            assert!((quality.value(barrier) / expected - 1.0).abs() < ROUNDING, "{barrier}");
+        }
+    }
+}
