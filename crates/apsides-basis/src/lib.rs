@@ -35,6 +35,7 @@
 //! | [`Gauss`] | Legendre-Gauss points: both ends excluded |
 //! | [`Lobatto`] | Legendre-Gauss-Lobatto points: both ends included |
 //! | [`Barycentric`] | interpolation and differentiation through arbitrary distinct nodes |
+//! | [`Resampling`] | interpolation from the nodes of one rule to fixed points |
 //! | [`chebyshev_lobatto`], [`clenshaw_curtis`] | Chebyshev extreme points and their quadrature weights |
 //! | [`Bspline`] | B-splines of any order and continuity: derivatives, knot insertion, degree elevation |
 //! | [`legendre`] | a Legendre polynomial and its derivative |
@@ -56,6 +57,7 @@ mod legendre;
 mod lobatto;
 mod quadrature;
 mod radau;
+mod resampling;
 mod shared;
 #[cfg(test)]
 mod tests;
@@ -69,6 +71,7 @@ pub use golden_section::{golden_section, try_golden_section};
 pub use legendre::legendre;
 pub use lobatto::Lobatto;
 pub use radau::Lgr;
+pub use resampling::Resampling;
 
 /// Largest number of points of a [`Lgr`], [`Gauss`] or [`Lobatto`] rule.
 pub const MAX_POINTS: usize = 60;

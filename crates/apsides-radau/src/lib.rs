@@ -59,6 +59,7 @@
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod activity;
+mod along;
 mod attempts;
 mod boundary_arcs;
 mod bounds;
@@ -71,7 +72,8 @@ mod crossing;
 pub mod error;
 mod error_estimate;
 mod events;
-pub mod explanation;
+pub mod excess;
+mod explanation;
 mod extraction;
 mod flown;
 mod idle_controls;

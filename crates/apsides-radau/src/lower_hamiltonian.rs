@@ -83,6 +83,8 @@ struct NodeHamiltonian<'a> {
     /// Weights of the integrals in the cost and in the conditions on them.
     weights: Vec<f64>,
     parameters: &'a [f64],
+    /// Interval and time of the states and costates at hand.
+    place: Option<(usize, f64)>,
     state: Vec<f64>,
     rates: Vec<f64>,
     multipliers: Vec<f64>,
@@ -108,6 +110,7 @@ impl<'a> NodeHamiltonian<'a> {
             costate: found.costate.as_ref()?,
             weights: weights.iter().enumerate().map(|(q, w)| w + multiplier(q)).collect(),
             parameters,
+            place: None,
             state: vec![0.0; nx],
             rates: vec![0.0; nx],
             multipliers: vec![0.0; nx],
@@ -267,22 +270,25 @@ impl<'a> NodeHamiltonian<'a> {
     }
 
     /// Goes to a place with a control.
-    fn go(&mut self, (interval, t): (usize, f64), u: &[f64], inputs: usize) {
-        self.found.state.evaluate_in(interval, t, &mut self.state);
+    fn go(&mut self, place: (usize, f64), u: &[f64], inputs: usize) {
+        if self.place != Some(place) {
+            self.found.state.evaluate_in(place.0, place.1, &mut self.state);
+            self.costate.evaluate_in(place.0, place.1, &mut self.multipliers);
+            self.place = Some(place);
+        }
         self.inputs.clear();
         self.inputs.extend_from_slice(&self.state);
         self.inputs.extend_from_slice(u);
         if inputs > self.inputs.len() + 1 {
             self.inputs.extend_from_slice(self.parameters);
         }
-        self.inputs.push(t);
+        self.inputs.push(place.1);
     }
 
     fn terms(&mut self, at: (usize, f64), u: &[f64]) -> (f64, f64) {
         let phase = self.phase;
         self.go(at, u, phase.dynamics.inputs());
         phase.dynamics.value(&self.inputs, &mut self.rates);
-        self.costate.evaluate_in(at.0, at.1, &mut self.multipliers);
         let (mut sum, mut largest) = (0.0, 0.0f64);
         for (l, f) in self.multipliers.iter().zip(&self.rates) {
             sum += l * f;
