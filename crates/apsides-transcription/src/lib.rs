@@ -78,5 +78,5 @@ pub use phase::{ConstantEntry, PhaseLayout, PhaseStart};
 pub use places::{PhaseEnds, Places};
 pub use row_origin::phase_row;
 pub use scales::{Changes, as_scale, row_changes};
-pub use transcription::{StartingPoint, Transcription, write_next};
+pub use transcription::{StartingPoint, Transcription, starting_point, write_next};
 pub use workers::{Workers, in_pieces};

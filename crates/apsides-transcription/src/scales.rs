@@ -38,6 +38,10 @@ pub fn as_scale(change: f64) -> f64 {
 impl<D: Discretisation> Transcription<D> {
     /// Replaces the scales that are NaN by the changes at the start.
     pub(crate) fn complete_scales(&mut self) {
+        let is_complete = |scale: &f64| !scale.is_nan();
+        if self.scales.constraints.iter().chain([&self.scales.objective]).all(is_complete) {
+            return;
+        }
         let Changes { rows, objective } = self.changes();
         for (scale, change) in self.scales.constraints.iter_mut().zip(rows) {
             if scale.is_nan() {

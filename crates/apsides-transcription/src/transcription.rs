@@ -63,16 +63,15 @@ impl<D: Discretisation> Transcription<D> {
         start: StartingPoint,
     ) -> Self {
         let sign = ocp.objective.sense.sign();
-        let guessed = guessed_point(&layout, guess);
-        let (variable_limits, row_limits) = limits(ocp, &layout, guess, &guessed);
+        let Guessed { point, variable_limits, row_limits, scales } = guessed(ocp, guess, &layout, start);
         let linear = ocp.objective.linear.iter();
         let mut transcription = Self {
             linear_cost: linear.map(|&(input, w)| (layout.endpoint_column(input), sign * w)).collect(),
             endpoint_terms: EndpointTerm::all(ocp, &layout.endpoint_rows, |i| layout.endpoint_column(i)),
             constant: constant_entries(&layout),
             weighs_curvature: guess.phases.iter().all(|g| g.as_trajectory().is_none()),
-            scales: stated_scales(ocp, &layout, &Scaling::new(ocp, guess)),
-            start: guessed,
+            scales,
+            start: point,
             variable_limits,
             row_limits,
             sign,
@@ -82,9 +81,6 @@ impl<D: Discretisation> Transcription<D> {
             discretisation,
             layout,
         };
-        if start == StartingPoint::BetweenBounds {
-            transcription.variable_limits.clamp(&mut transcription.start);
-        }
         transcription.find_patterns();
         transcription.complete_scales();
         transcription
@@ -241,6 +237,36 @@ pub fn write_next(entries: &mut std::slice::IterMut<'_, f64>, value: f64) {
     if let Some(entry) = entries.next() {
         *entry = value;
     }
+}
+
+/// The point that a solve starts from, and the scales of the variables there.
+#[must_use]
+pub fn starting_point<P: PhaseLayout>(
+    ocp: &Ocp,
+    guess: &Guess,
+    layout: &Layout<P>,
+    start: StartingPoint,
+) -> (Vec<f64>, Vec<f64>) {
+    let Guessed { point, scales, .. } = guessed(ocp, guess, layout, start);
+    (point, scales.variables)
+}
+
+/// What the guess alone tells of a program: the start, the limits, and the scales as far as they are stated.
+struct Guessed {
+    point: Vec<f64>,
+    variable_limits: Limits,
+    row_limits: Limits,
+    scales: NlpScaling,
+}
+
+fn guessed<P: PhaseLayout>(ocp: &Ocp, guess: &Guess, layout: &Layout<P>, start: StartingPoint) -> Guessed {
+    let mut point = guessed_point(layout, guess);
+    let (variable_limits, row_limits) = limits(ocp, layout, guess, &point);
+    if start == StartingPoint::BetweenBounds {
+        variable_limits.clamp(&mut point);
+    }
+    let scales = stated_scales(ocp, layout, &Scaling::new(ocp, guess));
+    Guessed { point, variable_limits, row_limits, scales }
 }
 
 fn guessed_point<P: PhaseLayout>(layout: &Layout<P>, guess: &Guess) -> Vec<f64> {

@@ -22,6 +22,8 @@ use crate::error::ShootingError;
 
 /// Chebyshev points that are tried, each twice as fine as the one before.
 const POINTS: [usize; 4] = [9, 17, 33, 65];
+/// Entries of [`POINTS`] that one integration tries: the coarsest, and the points that it is sampled at, which hold those of all before.
+const SAMPLED: [(usize, usize); 2] = [(0, 2), (2, 3)];
 /// The integrations here are so much more accurate than the steps of the segments need to be.
 const MARGIN: f64 = 1e-2;
 /// Longest step of an integration along [-1, 1].
@@ -332,9 +334,8 @@ impl Extraction<'_> {
         let n = first.len();
         let mut found = None;
         let mut probe = vec![0.0; n];
-        for pair in self.grids.windows(2) {
-            let [coarse, fine] = pair else { continue };
-            let nodes = fine.nodes();
+        for (coarsest, finest) in SAMPLED {
+            let nodes = self.grids[finest].nodes();
             let mut times = nodes.to_vec();
             if backwards {
                 times.reverse();
@@ -348,16 +349,21 @@ impl Extraction<'_> {
                 let rows: Vec<f64> = values.chunks(n).rev().flatten().copied().collect();
                 values = rows;
             }
-            let every_other: Vec<f64> = values.chunks(n).step_by(2).flatten().copied().collect();
-            let worst = (1..nodes.len()).step_by(2).fold(0.0_f64, |worst, k| {
-                coarse.evaluate_all(&every_other, nodes[k], &mut probe);
-                let misses = probe.iter().zip(&values[k * n..]).zip(scales);
-                misses.map(|((a, b), s)| (a - b).abs() / s).fold(worst, f64::max)
-            });
-            if worst <= self.tolerance / MARGIN {
-                return Some((Arc::clone(coarse), every_other));
+            for (level, coarse) in self.grids.iter().enumerate().take(finest).skip(coarsest) {
+                // Points of the level, and those half way between.
+                let stride = 1 << (finest - level);
+                let own: Vec<f64> = values.chunks(n).step_by(stride).flatten().copied().collect();
+                let between = (stride / 2..nodes.len()).step_by(stride);
+                let worst = between.fold(0.0_f64, |worst, k| {
+                    coarse.evaluate_all(&own, nodes[k], &mut probe);
+                    let misses = probe.iter().zip(&values[k * n..]).zip(scales);
+                    misses.map(|((a, b), s)| (a - b).abs() / s).fold(worst, f64::max)
+                });
+                if worst <= self.tolerance / MARGIN {
+                    return Some((Arc::clone(coarse), own));
+                }
             }
-            found = Some((Arc::clone(fine), values));
+            found = Some((Arc::clone(&self.grids[finest]), values));
         }
         found
     }

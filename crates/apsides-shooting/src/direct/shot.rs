@@ -137,7 +137,8 @@ impl Shot {
         self.system.states() + self.system.quadratures()
     }
 
-    fn set_point(&mut self, x: &[f64]) {
+    /// Takes its unknowns from the vector of all.
+    pub(crate) fn set_point(&mut self, x: &[f64]) {
         for (v, &c) in self.point.iter_mut().zip(&self.columns) {
             *v = x[c];
         }

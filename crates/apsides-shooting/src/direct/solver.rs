@@ -7,7 +7,7 @@ use apsides_nlp::{Observer, SolveReport, Status};
 use apsides_ocp::method::Counters;
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Unmet};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, SmoothSystem, Tolerance};
-use apsides_transcription::Workers;
+use apsides_transcription::{StartingPoint, Workers, starting_point};
 
 use super::estimate::{SegmentEstimate, estimate};
 use super::extraction::extract;
@@ -15,7 +15,7 @@ use super::plan::PhasePlan;
 use super::refinement::{Wants, refine};
 use super::settings::MultipleShootingSettings;
 use super::shot::Shot;
-use super::transcription::{Transcription, transcribe};
+use super::transcription::{Shots, Transcription, place, transcribe};
 use crate::error::ShootingError;
 
 /// Most steps of a segment before the first solve, and those where the guess cannot be integrated.
@@ -119,17 +119,12 @@ impl MultipleShooting {
             plan.inner_bounds.fill(settings.constraint_points.is_some());
         }
         let mut guess = guess.clone();
-        let mut nlp = transcribe(ocp, &plans, &guess, settings)?;
-        count_steps(&mut nlp, &mut plans, settings)?;
-        nlp = transcribe(ocp, &plans, &guess, settings)?;
+        count_steps(ocp, &guess, &mut plans, settings)?;
         let mut meshes: Vec<ShootingRecord> = Vec::new();
         let mut last: Option<(Trajectory, SolveReport, bool)> = None;
         loop {
             let begin = Instant::now();
-            if !meshes.is_empty() {
-                nlp = transcribe(ocp, &plans, &guess, settings)?;
-            }
-            nlp = nlp.with_workers(&workers);
+            let mut nlp = transcribe(ocp, &plans, &guess, settings)?.with_workers(&workers);
             let report = nlp.solve(ocp, &guess, &settings.nlp, observer)?;
             let extracted = extract(&mut nlp, ocp, &report, settings.integration_tolerance)?;
             let estimates = estimate(&nlp, ocp, &report, &extracted)?;
@@ -174,16 +169,18 @@ impl MultipleShooting {
 /// Equal steps along each segment of the start that come as close as the tolerance says to an integration with step control, in
 /// powers of two, no more than that takes.
 fn count_steps(
-    nlp: &mut Transcription,
+    ocp: &Ocp,
+    guess: &Guess,
     plans: &mut [PhasePlan],
     settings: &MultipleShootingSettings,
 ) -> Result<(), ShootingError> {
-    let start = nlp.start.clone();
-    nlp.refresh(&start);
-    let mut shots = nlp.discretisation.all.iter_mut();
-    for (p, plan) in nlp.layout.phases.iter().zip(plans) {
+    let (layout, Shots { mut all, .. }) = place(ocp, plans, guess, settings)?;
+    let (start, scales) = starting_point(ocp, guess, &layout, StartingPoint::BetweenBounds);
+    let mut shots = all.iter_mut();
+    for (p, plan) in layout.phases.iter().zip(plans) {
         for ((segment, steps), shot) in p.segments.iter().zip(&mut plan.steps).zip(&mut shots) {
-            let scales = &nlp.scales.variables[segment.state_column..][..p.states];
+            shot.set_point(&start);
+            let scales = &scales[segment.state_column..][..p.states];
             *steps = first_steps(shot, scales, settings)?.max(settings.least_steps);
         }
     }

@@ -50,6 +50,20 @@ pub(crate) fn transcribe(
     guess: &Guess,
     settings: &MultipleShootingSettings,
 ) -> Result<Transcription, ShootingError> {
+    let (layout, shots) = place(ocp, plans, guess, settings)?;
+    Ok(Transcription::assemble(ocp, guess, layout, shots, StartingPoint::BetweenBounds))
+}
+
+/// The places of a problem and its segments, which know nothing yet.
+///
+/// # Errors
+/// As [`transcribe`].
+pub(crate) fn place(
+    ocp: &Ocp,
+    plans: &[PhasePlan],
+    guess: &Guess,
+    settings: &MultipleShootingSettings,
+) -> Result<(ShootingLayout, Shots), ShootingError> {
     guess.check(ocp)?;
     if plans.len() != ocp.phases.len() {
         let place = format!("mesh of problem `{}`", ocp.name);
@@ -63,7 +77,7 @@ pub(crate) fn transcribe(
         known: Known::Nothing,
         workers: Workers::default(),
     };
-    Ok(Transcription::assemble(ocp, guess, layout, shots, StartingPoint::BetweenBounds))
+    Ok((layout, shots))
 }
 
 impl Shots {
