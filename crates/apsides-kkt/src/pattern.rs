@@ -25,36 +25,46 @@ impl Pattern {
         if entries > i32::MAX as usize {
             return Err(KktError::TooLarge { n });
         }
-        // Entry e < triplets is a triplet; the others are the diagonal.
-        let endpoints = |e: usize| {
-            let (a, b) = if e < triplets {
-                (position[rows[e]], position[cols[e]])
-            } else {
-                ((e - triplets) as u32, (e - triplets) as u32)
-            };
-            (a.min(b), a.max(b))
+        let pairs = || {
+            let ends = rows.iter().zip(cols).map(|(&row, &col)| (position[row], position[col]));
+            ends.map(|(a, b)| (a.min(b), a.max(b)))
         };
-        // Two stable counting sorts: by row, then by column.
-        let by_row = counting_sort(n, 0..entries as u32, entries, |e| endpoints(e).0);
-        let by_col = counting_sort(n, by_row.iter().copied(), entries, |e| endpoints(e).1);
-
+        // By column, each with its diagonal: row and triplet in one number, and short lists to sort.
+        let mut next = vec![1u32; n + 1];
+        for (_, col) in pairs() {
+            next[col as usize] += 1;
+        }
+        let mut begin = 0;
+        for count in &mut next {
+            begin += std::mem::replace(count, begin);
+        }
+        let key = |row: u32, entry: usize| u64::from(row) << 32 | entry as u64;
+        let mut sorted = vec![0u64; entries];
+        for (entry, (row, col)) in pairs().enumerate().chain((triplets..).zip((0..n as u32).map(|j| (j, j))))
+        {
+            let place = &mut next[col as usize];
+            sorted[*place as usize] = key(row, entry);
+            *place += 1;
+        }
         let mut col_ptr = vec![0u32; n + 1];
         let mut row_idx = Vec::with_capacity(entries);
         let mut triplet_position = vec![0u32; triplets];
-        let mut previous = None;
-        for &e in &by_col {
-            let (row, col) = endpoints(e as usize);
-            if previous != Some((row, col)) {
-                row_idx.push(row);
-                col_ptr[col as usize + 1] += 1;
-                previous = Some((row, col));
+        let mut begin = 0;
+        for (col, &end) in next[..n].iter().enumerate() {
+            let column = &mut sorted[begin..end as usize];
+            column.sort_unstable();
+            let first = row_idx.len();
+            for key in column {
+                let (row, entry) = ((*key >> 32) as u32, *key as u32 as usize);
+                if row_idx.len() == first || row_idx.last() != Some(&row) {
+                    row_idx.push(row);
+                }
+                if let Some(p) = triplet_position.get_mut(entry) {
+                    *p = (row_idx.len() - 1) as u32;
+                }
             }
-            if let Some(p) = triplet_position.get_mut(e as usize) {
-                *p = (row_idx.len() - 1) as u32;
-            }
-        }
-        for j in 0..n {
-            col_ptr[j + 1] += col_ptr[j];
+            col_ptr[col + 1] = row_idx.len() as u32;
+            begin = end as usize;
         }
         Ok(Self { n, col_ptr, row_idx, triplet_position })
     }
@@ -88,29 +98,6 @@ impl Pattern {
             out[j] -= sum;
         }
     }
-}
-
-/// Stable counting sort of `items` by `key(item) < n`.
-fn counting_sort(
-    n: usize,
-    items: impl Iterator<Item = u32> + Clone,
-    len: usize,
-    key: impl Fn(usize) -> u32,
-) -> Vec<u32> {
-    let mut next = vec![0u32; n + 1];
-    for e in items.clone() {
-        next[key(e as usize) as usize + 1] += 1;
-    }
-    for k in 0..n {
-        next[k + 1] += next[k];
-    }
-    let mut sorted = vec![0u32; len];
-    for e in items {
-        let slot = &mut next[key(e as usize) as usize];
-        sorted[*slot as usize] = e;
-        *slot += 1;
-    }
-    sorted
 }
 
 #[cfg(test)]

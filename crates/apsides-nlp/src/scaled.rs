@@ -72,8 +72,9 @@ fn restrict(
     col_index: &[usize],
     factor: impl Fn(usize, usize) -> f64,
 ) -> (Pattern, Vec<(usize, f64)>) {
-    let mut kept = Pattern::default();
-    let mut source = Vec::new();
+    let mut kept =
+        Pattern { rows: Vec::with_capacity(pattern.len()), cols: Vec::with_capacity(pattern.len()) };
+    let mut source = Vec::with_capacity(pattern.len());
     for (entry, (&row, &col)) in pattern.rows.iter().zip(&pattern.cols).enumerate() {
         if row_index[row] != usize::MAX && col_index[col] != usize::MAX {
             kept.rows.push(row_index[row]);

@@ -33,7 +33,7 @@ pub fn share_of_curvature(
     let functions = o.functions.iter().map(|(inputs, f)| {
         let z: Vec<f64> = inputs.iter().map(|i| trajectory.end_value(*i)).collect();
         let steps: Vec<f64> = inputs.iter().map(|i| step(*i)).collect();
-        second_order(f.as_ref(), &z, &steps)
+        second_order(f.as_ref(), &z, &steps, &mut Vec::new())
     });
     let integrals = o.integrals.iter().map(|&(phase, q, weight)| {
         weight.abs() * share_of_integral(ocp, trajectory, scaling, [phase, q], along)
@@ -55,7 +55,8 @@ pub fn share_of_integral(
     let inputs = ocp.phases[phase].integrals[integral].function.inputs();
     let mut steps: Vec<f64> = of.states.iter().chain(&of.controls).map(|s| along * s).collect();
     steps.resize(inputs, 0.0);
-    mean_along(ocp, trajectory, [phase, integral], |f, z| second_order(f, z, &steps))
+    let mut entries = Vec::new();
+    mean_along(ocp, trajectory, [phase, integral], |f, z| second_order(f, z, &steps, &mut entries))
 }
 
 /// Mean over the nodes of a phase of something made of the integrand of an integral, by the indices of both, and its inputs there, times the
@@ -86,10 +87,10 @@ pub fn mean_along(
 }
 
 /// The change of the only output to second order for steps of its inputs, with all signs that add up.
-fn second_order(f: &dyn NodeFunction, z: &[f64], steps: &[f64]) -> f64 {
-    let mut entries = vec![0.0; f.pattern().hessian_len()];
-    f.hessian(z, &[1.0], &mut entries);
-    let terms = f.pattern().hessian.iter().zip(&entries).map(|((i, j), h)| {
+fn second_order(f: &dyn NodeFunction, z: &[f64], steps: &[f64], entries: &mut Vec<f64>) -> f64 {
+    entries.resize(f.pattern().hessian_len(), 0.0);
+    f.hessian(z, &[1.0], entries);
+    let terms = f.pattern().hessian.iter().zip(&*entries).map(|((i, j), h)| {
         let share = if i == j { 0.5 } else { 1.0 };
         (share * h * steps[*i] * steps[*j]).abs()
     });

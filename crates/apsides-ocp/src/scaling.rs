@@ -156,6 +156,9 @@ impl PhaseScaling {
         parameters: (&[f64], &[f64]),
         largest: &[f64],
     ) -> Self {
+        if !self.states.iter().zip(largest).any(|(scale, found)| *found > 0.0 && scale == found) {
+            return self;
+        }
         let rates = self.changes(phase, phase.dynamics.as_ref(), guess, parameters);
         let states = self.states.iter_mut().zip(&phase.states);
         for (((scale, state), rate), &found) in states.zip(rates).zip(largest) {

@@ -59,7 +59,7 @@ pub trait SmoothSystem {
     fn add_transposed(&mut self, w: &[f64], entries: &[f64], weights: &[f64], out: &mut [f64]);
 
     /// Adds the Hessian of `weights . [f; g]`, seen through `x(v)` with the sensitivity `S` and `w(v)`, to the lower triangle of
-    /// the square row-major matrix `hessian` of order `n + m`.
+    /// the square row-major matrix `hessian` of order `n + m`; what is above the diagonal is of no use.
     fn add_hessian(
         &mut self,
         s: f64,
@@ -229,7 +229,7 @@ impl DiscreteFlow {
     }
 
     /// Adds the Hessian of `sum_k seeds_k . value_k` with respect to `(x_0, w)` to the lower triangle of the square row-major
-    /// matrix `hessian` of order `n + m`, after [`differentiate`](Self::differentiate) at the same point.
+    /// matrix `hessian` of order `n + m` (what is above the diagonal is of no use), after [`differentiate`](Self::differentiate) at the same point.
     ///
     /// # Errors
     /// [`OdeError::Dimension`].

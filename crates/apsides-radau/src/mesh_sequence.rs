@@ -319,7 +319,7 @@ impl<'a> MeshSequence<'a> {
         let earlier = Guess::earlier(&solve.trajectory);
         let is_coarse = self.may_rescale > 0
             && !self.is_out_of_meshes()
-            && solve.scaling.is_coarse_beside(self.ocp, &Scaling::new(self.ocp, &earlier));
+            && solve.nlp.quantity_scales.is_coarse_beside(self.ocp, &Scaling::new(self.ocp, &earlier));
         if is_coarse {
             self.may_rescale -= 1;
             self.attempt.guess = earlier;
@@ -362,7 +362,7 @@ impl<'a> MeshSequence<'a> {
         if !self.attempt.follows_states || self.is_out_of_meshes() {
             return None;
         }
-        StateRows::of(self.ocp, &solve.nlp, &solve.report, &solve.trajectory, &solve.scaling)
+        StateRows::of(self.ocp, &solve.nlp, &solve.report, &solve.trajectory, &solve.nlp.quantity_scales)
     }
 
     fn end_at_state_bounds(&mut self, rows: StateRows, solve: MeshSolve) -> Ending {
@@ -422,7 +422,7 @@ impl<'a> MeshSequence<'a> {
         let is_blind = !all_empty(&unseen);
         let (accurate, finished) = (accurate && !is_blind, finished && !is_blind);
         let remedy = if finished {
-            let (scaling, is_exact) = (&solve.scaling, self.is_exact);
+            let (scaling, is_exact) = (&solve.nlp.quantity_scales, self.is_exact);
             self.costates.remedy(ocp, scaling, settings, is_exact, &mut solve.trajectory)?
         } else {
             CostateRemedy::Nothing

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use apsides_nlp::{NlpSettings, Observer, SolveReport, Status};
 use apsides_ocp::method::Counters;
-use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory};
+use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Trajectory};
 
 use crate::RadauError;
 use crate::error_estimate::{Estimate, estimate};
@@ -20,8 +20,6 @@ pub(crate) struct MeshSolve {
     pub(crate) nlp: Transcription,
     pub(crate) report: SolveReport,
     pub(crate) trajectory: Trajectory,
-    /// The scales that the guess gives.
-    pub(crate) scaling: Scaling,
     pub(crate) estimate: Estimate,
     /// True if nothing shows that the solution is a minimum.
     pub(crate) in_doubt: bool,
@@ -39,7 +37,7 @@ impl MeshSolve {
         let mut watch = Watch::new(observer);
         let report = nlp.solve(ocp, guess, nlp_settings, &mut watch)?;
         let in_doubt = watch.is_in_doubt();
-        let solve = Self::of_report(ocp, nlp, Scaling::new(ocp, guess), settings, report)?;
+        let solve = Self::of_report(ocp, nlp, settings, report)?;
         Ok(Self { in_doubt, ..solve })
     }
 
@@ -47,14 +45,13 @@ impl MeshSolve {
     pub(crate) fn of_report(
         ocp: &Ocp,
         nlp: Transcription,
-        scaling: Scaling,
         settings: &RadauSettings,
         report: SolveReport,
     ) -> Result<Self, RadauError> {
         let mut trajectory = nlp.trajectory(ocp, &report)?;
-        keep_idle(ocp, &scaling, &mut trajectory);
-        let estimate = estimate(ocp, &scaling, settings, &mut trajectory)?;
-        Ok(Self { nlp, report, trajectory, scaling, estimate, in_doubt: false })
+        keep_idle(ocp, &nlp.quantity_scales, &mut trajectory);
+        let estimate = estimate(ocp, &nlp.quantity_scales, settings, &mut trajectory)?;
+        Ok(Self { nlp, report, trajectory, estimate, in_doubt: false })
     }
 
     /// The solution of this mesh alone, which was solved with success.

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use apsides_nlp::{NlpSettings, Observer, Resolver};
 use apsides_ocp::explicit_time::divided_mesh;
-use apsides_ocp::{Guess, Mesh, Ocp, Scaling, Trajectory, WithoutKinks};
+use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, WithoutKinks};
 
 use crate::RadauError;
 use crate::mesh_solve::MeshSolve;
@@ -118,7 +118,7 @@ impl Session {
             none => none.insert(first_resolver(&mut nlp, ocp, guess, &settings.nlp)?),
         };
         let Some(report) = resolver.follow(&mut nlp)? else { return Ok(None) };
-        let solve = MeshSolve::of_report(ocp, nlp, Scaling::new(ocp, guess), settings, report)?;
+        let solve = MeshSolve::of_report(ocp, nlp, settings, report)?;
         let record = solve.record(&self.mesh, begin.elapsed());
         Ok(Some(solve.into_solution(ocp, settings, record)))
     }

@@ -38,6 +38,8 @@ pub struct Transcription<D: Discretisation> {
     pub start: Vec<f64>,
     /// The scales of objective, variables and rows.
     pub scales: NlpScaling,
+    /// Those of the quantities of the problem that the guess gives.
+    pub quantity_scales: Scaling,
     /// True if the second derivatives tell the scale of the objective where its gradient is rounding: not after an earlier solution,
     /// which is stationary by its nature.
     pub(crate) weighs_curvature: bool,
@@ -63,7 +65,8 @@ impl<D: Discretisation> Transcription<D> {
         start: StartingPoint,
     ) -> Self {
         let sign = ocp.objective.sense.sign();
-        let Guessed { point, variable_limits, row_limits, scales } = guessed(ocp, guess, &layout, start);
+        let Guessed { point, variable_limits, row_limits, scaling, scales } =
+            guessed(ocp, guess, &layout, start);
         let linear = ocp.objective.linear.iter();
         let mut transcription = Self {
             linear_cost: linear.map(|&(input, w)| (layout.endpoint_column(input), sign * w)).collect(),
@@ -71,6 +74,7 @@ impl<D: Discretisation> Transcription<D> {
             constant: constant_entries(&layout),
             weighs_curvature: guess.phases.iter().all(|g| g.as_trajectory().is_none()),
             scales,
+            quantity_scales: scaling,
             start: point,
             variable_limits,
             row_limits,
@@ -256,6 +260,7 @@ struct Guessed {
     point: Vec<f64>,
     variable_limits: Limits,
     row_limits: Limits,
+    scaling: Scaling,
     scales: NlpScaling,
 }
 
@@ -265,8 +270,9 @@ fn guessed<P: PhaseLayout>(ocp: &Ocp, guess: &Guess, layout: &Layout<P>, start: 
     if start == StartingPoint::BetweenBounds {
         variable_limits.clamp(&mut point);
     }
-    let scales = stated_scales(ocp, layout, &Scaling::new(ocp, guess));
-    Guessed { point, variable_limits, row_limits, scales }
+    let scaling = Scaling::new(ocp, guess);
+    let scales = stated_scales(ocp, layout, &scaling);
+    Guessed { point, variable_limits, row_limits, scaling, scales }
 }
 
 fn guessed_point<P: PhaseLayout>(layout: &Layout<P>, guess: &Guess) -> Vec<f64> {

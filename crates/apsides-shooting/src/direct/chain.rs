@@ -8,8 +8,9 @@
 
 use std::sync::Arc;
 
-use apsides_ad::NodeFunction;
+use apsides_ad::{NodeFunction, NodePattern};
 use apsides_basis::Barycentric;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Sizes and places of one segment, and the chain rule at one time of it.
 #[derive(Clone)]
@@ -30,6 +31,7 @@ pub(crate) struct Chain {
     products: Vec<f64>,
     weighted: Vec<f64>,
     slope: Vec<f64>,
+    arch: Arch,
 }
 
 /// The factor of a node function: a rate is multiplied by the duration of the phase.
@@ -61,6 +63,7 @@ impl Chain {
             products: vec![0.0; quantities * columns],
             weighted: Vec::new(),
             slope: vec![0.0; quantities],
+            arch: Arch::new(),
             basis,
         }
     }
@@ -100,12 +103,8 @@ impl Chain {
     pub(crate) fn fill(&self, x: &[f64], w: &[f64], z: &mut [f64]) {
         let (nx, nu) = (self.states, self.controls);
         z[..nx].copy_from_slice(x);
-        let controls = &mut z[nx..nx + nu];
-        controls.fill(0.0);
-        for (l, values) in self.lagrange.iter().zip(w.chunks_exact(nu.max(1))) {
-            for (u, c) in controls.iter_mut().zip(values) {
-                *u += l * c;
-            }
+        for (k, u) in z[nx..nx + nu].iter_mut().enumerate() {
+            *u = self.lagrange.iter().zip(w.iter().skip(k).step_by(nu)).map(|(l, c)| l * c).sum();
         }
         let time = z.len() - 1;
         let parameters = self.lagrange.len() * nu;
@@ -120,6 +119,7 @@ impl Chain {
     }
 
     /// Adds `factor` times the derivative of a local quantity by `v`.
+    #[inline(always)]
     fn add_quantity(&self, quantity: usize, factor: f64, sensitivity: &[f64], out: &mut [f64]) {
         let (nx, nu, columns) = (self.states, self.controls, self.columns());
         if quantity < nx {
@@ -132,7 +132,7 @@ impl Chain {
     }
 
     /// `emit(column, derivative)` for the quantities after the states.
-    #[inline]
+    #[inline(always)]
     fn each_direct(&self, after: usize, nu: usize, columns: usize, mut emit: impl FnMut(usize, f64)) {
         let points = self.lagrange.len();
         if after < nu {
@@ -164,11 +164,15 @@ impl Chain {
     ) {
         let factor = self.factor(kind, w);
         let (pattern, inputs, columns) = (function.pattern(), function.inputs(), self.columns());
-        out.fill(0.0);
-        for ((r, c), v) in pattern.jacobian_entries().zip(entries) {
-            let row = &mut out[r * columns..][..columns];
-            self.add_quantity(self.quantity(c, inputs), factor * v, sensitivity, row);
-        }
+        self.arch.dispatch(Rows {
+            chain: self,
+            pattern,
+            inputs,
+            factor,
+            entries,
+            sensitivity,
+            out: &mut *out,
+        });
         if kind == TermKind::Rate {
             for (value, row) in values.iter().zip(out.chunks_exact_mut(columns)) {
                 row[columns - 2] -= self.width * value;
@@ -229,28 +233,71 @@ impl Chain {
         }
     }
 
-    /// Adds the local Hessian, seen through the sensitivities of all quantities, to the lower triangle of a square matrix.
+    /// Adds the local Hessian, seen through the sensitivities of all quantities, to a square matrix, of which the lower triangle is to be used.
     pub(crate) fn add_products(&mut self, sensitivity: &[f64], hessian: &mut [f64]) {
-        let (nx, nu, columns, order) = (self.states, self.controls, self.columns(), self.quantities());
         let mut products = std::mem::take(&mut self.products);
+        self.arch.dispatch(Products { chain: self, sensitivity, products: &mut products, hessian });
+        self.products = products;
+    }
+}
+
+/// Compiled for the vectors of the machine, which treat the columns alike: what [`Chain::rows`] does for all entries.
+struct Rows<'a> {
+    chain: &'a Chain,
+    pattern: &'a NodePattern,
+    inputs: usize,
+    factor: f64,
+    entries: &'a [f64],
+    sensitivity: &'a [f64],
+    out: &'a mut [f64],
+}
+
+impl WithSimd for Rows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { chain, pattern, inputs, factor, entries, sensitivity, out } = self;
+        let columns = chain.columns();
+        out.fill(0.0);
+        for ((r, c), v) in pattern.jacobian_entries().zip(entries) {
+            let row = &mut out[r * columns..][..columns];
+            chain.add_quantity(chain.quantity(c, inputs), factor * v, sensitivity, row);
+        }
+    }
+}
+
+/// The same for [`Chain::add_products`].
+struct Products<'a> {
+    chain: &'a Chain,
+    sensitivity: &'a [f64],
+    products: &'a mut [f64],
+    hessian: &'a mut [f64],
+}
+
+impl WithSimd for Products<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { chain, sensitivity, products, hessian } = self;
+        let (nx, nu, columns, order) = (chain.states, chain.controls, chain.columns(), chain.quantities());
         products.fill(0.0);
-        for (row, product) in self.local.chunks_exact(order).zip(products.chunks_exact_mut(columns)) {
+        for (row, product) in chain.local.chunks_exact(order).zip(products.chunks_exact_mut(columns)) {
             for (k, h) in row.iter().enumerate() {
                 if *h != 0.0 {
-                    self.add_quantity(k, *h, sensitivity, product);
+                    chain.add_quantity(k, *h, sensitivity, product);
                 }
             }
         }
         for (k, product) in products.chunks_exact(columns).enumerate() {
-            if self.local[k * order..][..order].iter().all(|h| *h == 0.0) {
+            if chain.local[k * order..][..order].iter().all(|h| *h == 0.0) {
                 continue;
             }
+            // Whole rows: they are of one length, and short.
             let mut add = |column: usize, factor: f64| {
-                if factor != 0.0 {
-                    let row = &mut hessian[column * columns..][..=column];
-                    for (h, p) in row.iter_mut().zip(product) {
-                        *h += factor * p;
-                    }
+                for (h, p) in hessian[column * columns..][..columns].iter_mut().zip(product) {
+                    *h += factor * p;
                 }
             };
             if k < nx {
@@ -258,9 +305,8 @@ impl Chain {
                     add(column, *s);
                 }
             } else {
-                self.each_direct(k - nx, nu, columns, add);
+                chain.each_direct(k - nx, nu, columns, add);
             }
         }
-        self.products = products;
     }
 }
