@@ -170,6 +170,9 @@ impl AugmentedSystem {
         dv: &mut [f64],
         dy: &[f64],
     ) {
+        if structure.units.is_empty() {
+            return;
+        }
         let (x, units) = dv.split_at_mut(structure.variables);
         let residual = &primal[structure.variables..];
         for ((sum, dual), dy) in self.row_sum.iter_mut().zip(dual).zip(dy) {

@@ -88,6 +88,7 @@ mod mesh_sequence;
 mod mesh_solve;
 mod method;
 mod monotone;
+mod node_derivatives;
 mod node_term;
 mod placement;
 mod progress;

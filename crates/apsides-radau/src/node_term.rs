@@ -9,9 +9,10 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
-use apsides_transcription::{Workers, in_pieces, write_next};
+use apsides_transcription::{Workers, in_pieces};
 
 use crate::layout::{ArcLayout, CollocationPhase};
+use crate::node_derivatives::{AtNode, End, First, NodeDerivatives, Second};
 
 /// The place to which the outputs of a term go.
 #[derive(Clone, Copy)]
@@ -35,12 +36,10 @@ pub(crate) struct NodeTerm {
     first_parameter: usize,
     initial_time: usize,
     final_time: usize,
-    time_fixed: (bool, bool),
     /// Inputs `x` and `u` come from the node, then parameters, then time.
     node_inputs: usize,
     time_input: usize,
-    /// Inputs, among those of the node and the parameters, that reach an output.
-    active: Vec<usize>,
+    derivatives: NodeDerivatives,
     /// Values and Jacobian entries at all nodes, for the point of [`Self::refresh`].
     values: Vec<f64>,
     entries: Vec<f64>,
@@ -82,10 +81,7 @@ impl NodeTerm {
     ) -> Self {
         let node_inputs = phase.states + phase.controls;
         let time_input = function.inputs() - 1;
-        let mut active: Vec<usize> =
-            function.pattern().columns.iter().copied().filter(|&c| c != time_input).collect();
-        active.sort_unstable();
-        active.dedup();
+        let derivatives = NodeDerivatives::new(function.pattern(), time_input, is_rate, time_fixed);
         let point = |i: usize| Point {
             column: phase.state_column(i),
             fraction: phase.nodes[i].share,
@@ -111,10 +107,9 @@ impl NodeTerm {
             first_parameter,
             initial_time: arc.start_time,
             final_time: arc.end_time,
-            time_fixed,
             node_inputs,
             time_input,
-            active,
+            derivatives,
         }
     }
 
@@ -131,13 +126,6 @@ impl NodeTerm {
             Target::Rows { first, stride } => Some(first + node * stride + output),
             Target::Sum { row, .. } => row,
         }
-    }
-
-    fn depends_on_time(&self, output: usize) -> Option<usize> {
-        let p = self.function.pattern();
-        let (a, b) = (p.row_offsets[output], p.row_offsets[output + 1]);
-        // Time is the last input, so its entry is the last of a row.
-        (b > a && p.columns[b - 1] == self.time_input).then(|| b - 1)
     }
 
     /// Inputs of consecutive nodes.
@@ -230,12 +218,13 @@ impl NodeTerm {
         jacobian: &mut Vec<(usize, usize)>,
         places: &mut Vec<(usize, usize)>,
     ) {
-        let Scratch { hessians, slope, .. } = &self.scratch[0];
-        let hessian = &hessians[..self.function.pattern().hessian_len()];
         let before = (jacobian.len(), places.len());
-        for node in 0..self.points.len() {
-            self.node_jacobian(node, 1.0, |r, c, _| jacobian.push((r, c)));
-            self.node_hessian(node, 1.0, (hessian, slope), |i, j, _| places.push((i, j)));
+        for (node, p) in self.points.iter().enumerate() {
+            for first in &self.derivatives.first {
+                let (output, column) = self.place_of_first(p, first);
+                jacobian.extend(self.row(node, output).map(|row| (row, column)));
+            }
+            places.extend(self.derivatives.second.iter().map(|second| self.place_of_second(p, second)));
         }
         let nodes = self.points.len().max(1);
         self.emitted = ((jacobian.len() - before.0) / nodes, (places.len() - before.1) / nodes);
@@ -248,55 +237,58 @@ impl NodeTerm {
         let (own, rest) = entries.split_at_mut(self.points.len() * width);
         let mut scratch = std::mem::take(&mut self.scratch);
         in_pieces(&mut scratch, self.points.len(), [(own, width)], |nodes, _, [own]| {
-            let mut next = own.iter_mut();
-            for node in nodes {
-                self.node_jacobian(node, duration, |_, _, v| write_next(&mut next, v));
+            for (node, own) in nodes.zip(own.chunks_exact_mut(width.max(1))) {
+                let at = self.at_node(node, duration);
+                for (entry, first) in own.iter_mut().zip(&self.derivatives.first) {
+                    *entry = self.derivatives.first_value(first, &at);
+                }
             }
         });
         self.scratch = scratch;
         rest
     }
 
-    fn node_jacobian(&self, node: usize, duration: f64, mut emit: impl FnMut(usize, usize, f64)) {
-        self.each_derivative(node, duration, |output, column, value| {
-            if let Some(r) = self.row(node, output) {
-                emit(r, column, value);
+    /// What is known at a node after [`refresh`](Self::refresh).
+    fn at_node(&self, node: usize, duration: f64) -> AtNode<'_> {
+        let Point { fraction, factor, .. } = self.points[node];
+        let (m, e) = (self.function.outputs(), self.entries.len() / self.points.len());
+        let values = &self.values[node * m..(node + 1) * m];
+        let entries = &self.entries[node * e..(node + 1) * e];
+        AtNode { fraction, factor, duration, values, entries }
+    }
+
+    fn time_column(&self, end: End) -> usize {
+        if end == End::Start { self.initial_time } else { self.final_time }
+    }
+
+    /// Output and column of a first derivative at a node.
+    fn place_of_first(&self, p: &Point, first: &First) -> (usize, usize) {
+        match *first {
+            First::ByInput { output, input, .. } => (output, self.column(p, input)),
+            First::ByTime { output, end, .. } => (output, self.time_column(end)),
+        }
+    }
+
+    /// Row and column, in the lower triangle, of a second derivative at a node.
+    fn place_of_second(&self, p: &Point, second: &Second) -> (usize, usize) {
+        let (i, j) = match *second {
+            Second::ByInputs { inputs: [i, j], .. } => (self.column(p, i), self.column(p, j)),
+            Second::AlongTime { input, end, .. } | Second::ThroughDuration { input, end } => {
+                (self.time_column(end), self.column(p, input))
             }
-        });
+            Second::ByTimes { ends: [i, j], .. } => (self.time_column(i), self.time_column(j)),
+        };
+        (i.max(j), i.min(j))
     }
 
     /// Adds the gradient of the share of the cost.
     pub(crate) fn add_gradient(&self, x: &[f64], gradient: &mut [f64]) {
         let Target::Sum { cost, .. } = self.target else { return };
         let duration = self.duration(x);
-        for node in 0..self.points.len() {
-            self.each_derivative(node, duration, |_, column, value| gradient[column] += cost * value);
-        }
-    }
-
-    /// `emit(output, column, value)` for the derivatives of `factor * duration * f` at one node.
-    fn each_derivative(&self, node: usize, duration: f64, mut emit: impl FnMut(usize, usize, f64)) {
-        let pattern = self.function.pattern();
-        let p = self.points[node];
-        let (m, e) = (self.function.outputs(), pattern.jacobian_len());
-        let values = &self.values[node * m..(node + 1) * m];
-        let entries = &self.entries[node * e..(node + 1) * e];
-        for output in 0..m {
-            let time_entry = self.depends_on_time(output);
-            let end = time_entry.unwrap_or(pattern.row_offsets[output + 1]);
-            for k in pattern.row_offsets[output]..end {
-                let column = self.column(&p, pattern.columns[k]);
-                emit(output, column, p.factor * duration * entries[k]);
-            }
-            let by_time = time_entry.map_or(0.0, |k| duration * entries[k]);
-            let direct = if self.is_rate { values[output] } else { 0.0 };
-            if self.is_rate || time_entry.is_some() {
-                if !self.time_fixed.0 {
-                    emit(output, self.initial_time, p.factor * (share(1.0 - p.fraction, by_time) - direct));
-                }
-                if !self.time_fixed.1 {
-                    emit(output, self.final_time, p.factor * (share(p.fraction, by_time) + direct));
-                }
+        for (node, p) in self.points.iter().enumerate() {
+            let at = self.at_node(node, duration);
+            for first in &self.derivatives.first {
+                gradient[self.place_of_first(p, first).1] += cost * self.derivatives.first_value(first, &at);
             }
         }
     }
@@ -318,15 +310,18 @@ impl NodeTerm {
         let (own, rest) = values.split_at_mut(self.points.len() * width);
         let mut scratch = std::mem::take(&mut self.scratch);
         in_pieces(&mut scratch, self.points.len(), [(own, width)], |nodes, scratch, [own]| {
-            let mut next = own.iter_mut();
+            let mut own = own.chunks_exact_mut(width.max(1));
             for batch in batches(nodes) {
                 self.weigh(batch.clone(), x, cost, multipliers, scratch);
-                for (k, node) in batch.enumerate() {
-                    self.fill_slope(node, &scratch.weights[k * m..(k + 1) * m], &mut scratch.slope);
+                for ((k, node), own) in batch.enumerate().zip(&mut own) {
+                    let at = self.at_node(node, duration);
+                    let (weights, slope) = (&scratch.weights[k * m..(k + 1) * m], &mut scratch.slope);
+                    self.derivatives.fill_slope(at.entries, weights, slope);
                     let hessian = &scratch.hessians[k * e..(k + 1) * e];
-                    self.node_hessian(node, duration, (hessian, &scratch.slope), |_, _, v| {
-                        write_next(&mut next, v);
-                    });
+                    for (entry, second) in own.iter_mut().zip(&self.derivatives.second) {
+                        let along = (at.fraction, duration);
+                        *entry = self.derivatives.second_value(second, along, hessian, slope);
+                    }
                 }
             }
         });
@@ -350,85 +345,10 @@ impl NodeTerm {
         self.fill_batch(batch.clone(), x, inputs);
         self.function.hessians(batch.len(), inputs, weights, hessians);
     }
-
-    /// Gradient of the weighted sum of outputs at a node, for the products with the duration.
-    fn fill_slope(&self, node: usize, weights: &[f64], slope: &mut [f64]) {
-        let pattern = self.function.pattern();
-        let e = pattern.jacobian_len();
-        slope.fill(0.0);
-        for ((r, c), v) in pattern.jacobian_entries().zip(&self.entries[node * e..(node + 1) * e]) {
-            slope[c] += weights[r] * v;
-        }
-    }
-
-    fn node_hessian(
-        &self,
-        node: usize,
-        duration: f64,
-        (hessian, slope): (&[f64], &[f64]),
-        mut emit: impl FnMut(usize, usize, f64),
-    ) {
-        let p = self.points[node];
-        let pattern = self.function.pattern();
-        let (from_start, from_end) = (1.0 - p.fraction, p.fraction);
-        let time = self.time_input;
-        let mut by_time_twice = 0.0;
-        for (&(i, j), &h) in pattern.hessian.iter().zip(hessian) {
-            let h = duration * h;
-            if i != time {
-                emit_lower(self.column(&p, i), self.column(&p, j), h, &mut emit);
-            } else if j != time {
-                let column = self.column(&p, j);
-                let (at_start, at_end) = (share(from_start, h), share(from_end, h));
-                self.each_time(at_start, at_end, |t, v| emit_lower(t, column, v, &mut emit));
-            } else {
-                by_time_twice = h;
-            }
-        }
-        if self.is_rate {
-            for &i in &self.active {
-                let (column, s) = (self.column(&p, i), slope[i]);
-                self.each_time(-s, s, |t, v| emit_lower(t, column, v, &mut emit));
-            }
-        }
-        if pattern.columns.contains(&time) {
-            let s = if self.is_rate { slope[time] } else { 0.0 };
-            let (a, b) = (from_start, from_end);
-            if !self.time_fixed.0 {
-                emit(self.initial_time, self.initial_time, share(a * a, by_time_twice) - 2.0 * a * s);
-            }
-            if !self.time_fixed.1 {
-                emit(self.final_time, self.final_time, share(b * b, by_time_twice) + 2.0 * b * s);
-            }
-            if !self.time_fixed.0 && !self.time_fixed.1 {
-                emit(self.final_time, self.initial_time, share(a * b, by_time_twice) + (a - b) * s);
-            }
-        }
-    }
-
-    fn each_time(&self, at_start: f64, at_end: f64, mut emit: impl FnMut(usize, f64)) {
-        if !self.time_fixed.0 {
-            emit(self.initial_time, at_start);
-        }
-        if !self.time_fixed.1 {
-            emit(self.final_time, at_end);
-        }
-    }
-}
-
-/// The part of a derivative by time that a time of an end has. At the other end it has none, even of an infinite one, as that of
-/// `t^1.5` is at zero.
-fn share(weight: f64, derivative: f64) -> f64 {
-    if weight == 0.0 { 0.0 } else { weight * derivative }
 }
 
 /// Nodes in batches.
 fn batches(nodes: Range<usize>) -> impl Iterator<Item = Range<usize>> {
     let end = nodes.end;
     nodes.step_by(BATCH).map(move |first| first..(first + BATCH).min(end))
-}
-
-#[inline]
-fn emit_lower(i: usize, j: usize, value: f64, emit: &mut impl FnMut(usize, usize, f64)) {
-    emit(i.max(j), i.min(j), value);
 }
