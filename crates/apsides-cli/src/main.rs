@@ -65,14 +65,14 @@ use std::process::ExitCode;
 
 use apsides::missions::data::{BODY, SITE, VEHICLE};
 use clap::Parser;
-use mimalloc::MiMalloc;
 
 use arguments::{Arguments, Command, TerrainCommand};
 use exit::{Exit, Refusal};
 
 /// Keeps the memory of a solve for the next one, where others give it back to the system each time.
+#[cfg(feature = "mimalloc")]
 #[global_allocator]
-static ALLOCATOR: MiMalloc = MiMalloc;
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
     stop::catch_signals();

@@ -7,7 +7,7 @@ use crate::vector::dot;
 /// Bounds that are treated at once.
 const LANES: usize = 4;
 
-/// What one evaluation needs of each bound, side by side; allocated once.
+/// The model: all that an evaluation needs of each bound, side by side; allocated once.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct QualityFunction {
     bounds: Vec<Lanes>,
@@ -21,12 +21,12 @@ pub(crate) struct QualityFunction {
 /// bound has nothing.
 #[derive(Debug, Clone, Copy)]
 struct Lanes {
-    slack: Side,
-    multiplier: Side,
+    slack: PackedSide,
+    multiplier: PackedSide,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Side {
+struct PackedSide {
     value: [f64; LANES],
     affine: [f64; LANES],
     centring: [f64; LANES],
@@ -35,7 +35,7 @@ struct Side {
     centring_part: [f64; LANES],
 }
 
-impl Side {
+impl PackedSide {
     const NONE: Self = Self {
         value: [0.0; LANES],
         affine: [0.0; LANES],
@@ -77,7 +77,7 @@ impl QualityFunction {
         let tau = state.settings.boundary_fraction;
         self.count = bounds.len();
         self.bounds.clear();
-        let none = Lanes { slack: Side::NONE, multiplier: Side::NONE };
+        let none = Lanes { slack: PackedSide::NONE, multiplier: PackedSide::NONE };
         self.bounds.resize(self.count.div_ceil(LANES), none);
         let lower = bounds.lower_set.iter().map(|&i| {
             let slack = [point.lower_slack[i], step.v[i], centring.v[i]];

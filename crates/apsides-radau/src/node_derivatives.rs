@@ -11,7 +11,7 @@ pub(crate) enum End {
 
 /// A first derivative of an output.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum First {
+pub(crate) enum FirstDerivative {
     /// By an input that is no time, with its Jacobian entry.
     ByInput { output: usize, entry: usize, input: usize },
     /// By the time of an end, with the entry of the time, if the output depends on it.
@@ -20,7 +20,7 @@ pub(crate) enum First {
 
 /// A second derivative of the weighted sum of the outputs.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Second {
+pub(crate) enum SecondDerivative {
     /// By two inputs that are no time, with the Hessian entry.
     ByInputs { entry: usize, inputs: [usize; 2] },
     /// By an input and, through the time of the node, the time of an end.
@@ -31,9 +31,9 @@ pub(crate) enum Second {
     ByTimes { entry: Option<usize>, ends: [End; 2] },
 }
 
-/// What is known at a node: its share of the arc, its factor, the duration of the arc or one, and what the function does there.
+/// The quantities that are known at a node: its share of the arc, its factor, the duration of the arc or one, and what the function does there.
 #[derive(Clone, Copy)]
-pub(crate) struct AtNode<'a> {
+pub(crate) struct NodeValues<'a> {
     pub(crate) fraction: f64,
     pub(crate) factor: f64,
     pub(crate) duration: f64,
@@ -45,8 +45,8 @@ pub(crate) struct AtNode<'a> {
 pub(crate) struct NodeDerivatives {
     is_rate: bool,
     time_input: usize,
-    pub(crate) first: Vec<First>,
-    pub(crate) second: Vec<Second>,
+    pub(crate) first: Vec<FirstDerivative>,
+    pub(crate) second: Vec<SecondDerivative>,
     /// Output and input of each Jacobian entry of the function.
     places: Vec<(usize, usize)>,
 }
@@ -69,19 +69,19 @@ impl NodeDerivatives {
             // Time is the last input, so its entry is the last of a row.
             let by_time = (bounds[0]..bounds[1]).last().filter(|k| places[*k].1 == time_input);
             for entry in bounds[0]..by_time.unwrap_or(bounds[1]) {
-                first.push(First::ByInput { output, entry, input: places[entry].1 });
+                first.push(FirstDerivative::ByInput { output, entry, input: places[entry].1 });
             }
             if is_rate || by_time.is_some() {
-                first.extend(ends.iter().map(|&end| First::ByTime { output, entry: by_time, end }));
+                first.extend(ends.iter().map(|&end| FirstDerivative::ByTime { output, entry: by_time, end }));
             }
         }
         let mut second = Vec::new();
         let mut by_time_twice = None;
         for (entry, &(i, j)) in pattern.hessian.iter().enumerate() {
             if i != time_input {
-                second.push(Second::ByInputs { entry, inputs: [i, j] });
+                second.push(SecondDerivative::ByInputs { entry, inputs: [i, j] });
             } else if j != time_input {
-                second.extend(ends.iter().map(|&end| Second::AlongTime { entry, input: j, end }));
+                second.extend(ends.iter().map(|&end| SecondDerivative::AlongTime { entry, input: j, end }));
             } else {
                 by_time_twice = Some(entry);
             }
@@ -92,14 +92,14 @@ impl NodeDerivatives {
             inputs.sort_unstable();
             inputs.dedup();
             for input in inputs {
-                second.extend(ends.iter().map(|&end| Second::ThroughDuration { input, end }));
+                second.extend(ends.iter().map(|&end| SecondDerivative::ThroughDuration { input, end }));
             }
         }
         if pattern.columns.contains(&time_input) {
             let entry = by_time_twice;
-            second.extend(ends.iter().map(|&end| Second::ByTimes { entry, ends: [end, end] }));
+            second.extend(ends.iter().map(|&end| SecondDerivative::ByTimes { entry, ends: [end, end] }));
             if ends.len() == 2 {
-                second.push(Second::ByTimes { entry, ends: [End::Final, End::Start] });
+                second.push(SecondDerivative::ByTimes { entry, ends: [End::Final, End::Start] });
             }
         }
         Self { is_rate, time_input, first, second, places }
@@ -107,10 +107,10 @@ impl NodeDerivatives {
 
     /// The value of a first derivative.
     #[inline]
-    pub(crate) fn first_value(&self, first: &First, at: &AtNode<'_>) -> f64 {
+    pub(crate) fn first_value(&self, first: &FirstDerivative, at: &NodeValues<'_>) -> f64 {
         match *first {
-            First::ByInput { entry, .. } => at.factor * at.duration * at.entries[entry],
-            First::ByTime { output, entry, end } => {
+            FirstDerivative::ByInput { entry, .. } => at.factor * at.duration * at.entries[entry],
+            FirstDerivative::ByTime { output, entry, end } => {
                 let by_time = entry.map_or(0.0, |k| at.duration * at.entries[k]);
                 let direct = if self.is_rate { at.values[output] } else { 0.0 };
                 at.factor
@@ -126,25 +126,25 @@ impl NodeDerivatives {
     #[inline]
     pub(crate) fn second_value(
         &self,
-        second: &Second,
+        second: &SecondDerivative,
         (fraction, duration): (f64, f64),
         hessian: &[f64],
         slope: &[f64],
     ) -> f64 {
         match *second {
-            Second::ByInputs { entry, .. } => duration * hessian[entry],
-            Second::AlongTime { entry, end, .. } => {
+            SecondDerivative::ByInputs { entry, .. } => duration * hessian[entry],
+            SecondDerivative::AlongTime { entry, end, .. } => {
                 let weight = if end == End::Start { 1.0 - fraction } else { fraction };
                 share(weight, duration * hessian[entry])
             }
-            Second::ThroughDuration { input, end } => {
+            SecondDerivative::ThroughDuration { input, end } => {
                 if end == End::Start {
                     -slope[input]
                 } else {
                     slope[input]
                 }
             }
-            Second::ByTimes { entry, ends } => {
+            SecondDerivative::ByTimes { entry, ends } => {
                 let twice = entry.map_or(0.0, |k| duration * hessian[k]);
                 let s = if self.is_rate { slope[self.time_input] } else { 0.0 };
                 let (a, b) = (1.0 - fraction, fraction);

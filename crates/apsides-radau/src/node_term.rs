@@ -12,7 +12,7 @@ use apsides_ad::NodeFunction;
 use apsides_transcription::{Workers, in_pieces};
 
 use crate::layout::{ArcLayout, CollocationPhase};
-use crate::node_derivatives::{AtNode, End, First, NodeDerivatives, Second};
+use crate::node_derivatives::{End, FirstDerivative, NodeDerivatives, NodeValues, SecondDerivative};
 
 /// The place to which the outputs of a term go.
 #[derive(Clone, Copy)]
@@ -248,13 +248,13 @@ impl NodeTerm {
         rest
     }
 
-    /// What is known at a node after [`refresh`](Self::refresh).
-    fn at_node(&self, node: usize, duration: f64) -> AtNode<'_> {
+    /// The quantities that are known at a node after [`refresh`](Self::refresh).
+    fn at_node(&self, node: usize, duration: f64) -> NodeValues<'_> {
         let Point { fraction, factor, .. } = self.points[node];
         let (m, e) = (self.function.outputs(), self.entries.len() / self.points.len());
         let values = &self.values[node * m..(node + 1) * m];
         let entries = &self.entries[node * e..(node + 1) * e];
-        AtNode { fraction, factor, duration, values, entries }
+        NodeValues { fraction, factor, duration, values, entries }
     }
 
     fn time_column(&self, end: End) -> usize {
@@ -262,21 +262,22 @@ impl NodeTerm {
     }
 
     /// Output and column of a first derivative at a node.
-    fn place_of_first(&self, p: &Point, first: &First) -> (usize, usize) {
+    fn place_of_first(&self, p: &Point, first: &FirstDerivative) -> (usize, usize) {
         match *first {
-            First::ByInput { output, input, .. } => (output, self.column(p, input)),
-            First::ByTime { output, end, .. } => (output, self.time_column(end)),
+            FirstDerivative::ByInput { output, input, .. } => (output, self.column(p, input)),
+            FirstDerivative::ByTime { output, end, .. } => (output, self.time_column(end)),
         }
     }
 
     /// Row and column, in the lower triangle, of a second derivative at a node.
-    fn place_of_second(&self, p: &Point, second: &Second) -> (usize, usize) {
+    fn place_of_second(&self, p: &Point, second: &SecondDerivative) -> (usize, usize) {
         let (i, j) = match *second {
-            Second::ByInputs { inputs: [i, j], .. } => (self.column(p, i), self.column(p, j)),
-            Second::AlongTime { input, end, .. } | Second::ThroughDuration { input, end } => {
+            SecondDerivative::ByInputs { inputs: [i, j], .. } => (self.column(p, i), self.column(p, j)),
+            SecondDerivative::AlongTime { input, end, .. }
+            | SecondDerivative::ThroughDuration { input, end } => {
                 (self.time_column(end), self.column(p, input))
             }
-            Second::ByTimes { ends: [i, j], .. } => (self.time_column(i), self.time_column(j)),
+            SecondDerivative::ByTimes { ends: [i, j], .. } => (self.time_column(i), self.time_column(j)),
         };
         (i.max(j), i.min(j))
     }

@@ -255,7 +255,7 @@ pub fn starting_point<P: PhaseLayout>(
     (point, scales.variables)
 }
 
-/// What the guess alone tells of a program: the start, the limits, and the scales as far as they are stated.
+/// All that the guess alone tells of a program: the start, the limits, and the scales as far as they are stated.
 struct Guessed {
     point: Vec<f64>,
     variable_limits: Limits,
