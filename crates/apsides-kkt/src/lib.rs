@@ -8,7 +8,7 @@
 //! The Karush-Kuhn-Tucker systems of an interior-point method keep their structure and change their values.
 //! [`KktSystem::analyse`] does the symbolic work once; [`KktSystem::factor`] computes an LDL^T factorisation and counts
 //! the inertia, by which the caller chooses `delta_w` and `delta_c`; [`KktSystem::solve`] refines the solution and
-//! tells the residual it reached. After the first call nothing is allocated, and the same matrices one after the other give the same bits.
+//! tells the residual it reached. After the first call nothing is allocated, and results repeat bit by bit.
 //!
 //! The crate chooses no regularisation and estimates no condition number. A matrix that neither static
 //! shifts nor pivots inside supernodes make stable is not solved, and the residual says so.
@@ -33,7 +33,7 @@
 //! 1. The triplets are placed once, permuted by the elimination order. Subtrees of the elimination forest that are alike, such as
 //!    those of what the intervals of a mesh have inside, become bundles of four: their rows stand side by side, and all work on
 //!    them (scaling, factorisation, substitution, product) goes through one list of indices, one subtree in each lane of a vector.
-//! 2. `factor` scales rows and columns by powers of two (Ruiz), beginning with those of the matrix before, adds the static shift to a copy, and runs a
+//! 2. `factor` scales rows and columns by powers of two (Ruiz), adds the static shift to a copy, and runs a
 //!    multifrontal LDL^T without pivoting. Expected signs are never imposed. A pivot that is zero to rounding
 //!    is replaced by a small one, and the signs are counted anew in the pivoted factor of step 4: only what is zero
 //!    there, too, counts in [`Inertia::zero`].

@@ -193,13 +193,6 @@ impl KktSystem {
         Ok(self.pivoted()?.inertia(unit).unwrap_or(inertia))
     }
 
-    /// Forgets the scales of earlier matrices, from which those of the next one begin: what follows gives the same bits as with a system that was
-    /// just analysed.
-    pub fn forget(&mut self) {
-        self.scale.fill(1.0);
-        self.factored = false;
-    }
-
     /// The pivoted factorisation of the matrix last given to [`factor`](Self::factor).
     fn pivoted(&mut self) -> Result<&mut Pivoted, KktError> {
         let fallback = match &mut self.fallback {

@@ -52,9 +52,8 @@ impl AugmentedSystem {
         Self::new(problem.structure(), kkt)
     }
 
-    /// Begins to count and to time anew, without what it has from matrices of earlier solves.
+    /// Begins to count and to time anew.
     pub(crate) fn forget_work(&mut self) {
-        self.system.forget();
         (self.factorisations, self.solves, self.time) = (0, 0, Duration::ZERO);
     }
 
