@@ -17,7 +17,6 @@ use crate::Barycentric;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resampling {
     nodes: usize,
-    points: usize,
     /// `points x nodes`.
     rows: Vec<f64>,
 }
@@ -31,13 +30,7 @@ impl Resampling {
         for (row, x) in rows.chunks_exact_mut(nodes).zip(points) {
             basis.basis(*x, row);
         }
-        Self { nodes, points: points.len(), rows }
-    }
-
-    /// Number of points.
-    #[must_use]
-    pub fn points(&self) -> usize {
-        self.points
+        Self { nodes, rows }
     }
 
     /// The interpolants of several components at all points: `values` is row-major, nodes by components, `out` points by components.

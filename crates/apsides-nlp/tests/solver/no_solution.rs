@@ -2,7 +2,7 @@
 
 use apsides_nlp::{Evaluation, Status};
 
-use crate::support::{Dense, INF, assert_by_all, assert_near, solve, solve_by_all, solve_with, strategies};
+use crate::support::{Dense, INF, assert_near, solve, solve_by_all, solve_with, strategies};
 
 /// Solver: `NlpSettings::tolerance`.
 const SOLVER: f64 = 1e-8;
@@ -34,10 +34,10 @@ fn inconsistent_nonlinear_equalities() {
     solve_by_all(&problem, Status::Infeasible, |report| assert!(report.worst_constraint.is_some()));
 }
 
-/// The problem is unbounded, and should be called so. Short steps along the cone can reach the iteration limit instead: a known limit of the
-/// method. It is never called solved.
+/// The problem is unbounded, and should be called so. Short steps along the cone reach the iteration limit instead: a known limit of the
+/// method. This fails once a strategy does better; then its right status is `Diverging`.
 #[test]
-fn linear_objective_along_a_cone_is_not_always_seen_to_diverge() {
+fn linear_objective_along_a_cone_is_not_yet_seen_to_diverge() {
     let problem = Dense {
         start: [1.0, 0.5, 3.0],
         lower: [-INF; 3],
@@ -47,8 +47,7 @@ fn linear_objective_along_a_cone_is_not_always_seen_to_diverge() {
         objective: |x| x[0] - 2.0 * x[2],
         constraints: |x| [x[2] * x[2] - x[0] * x[0] - x[1] * x[1]],
     };
-    let is_right = |status| matches!(status, Status::IterationLimit | Status::Diverging);
-    assert_by_all(&problem, is_right, |_| {});
+    solve_by_all(&problem, Status::IterationLimit, |_| {});
 }
 
 #[test]

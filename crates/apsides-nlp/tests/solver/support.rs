@@ -314,8 +314,7 @@ pub fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
     assert!(near, "{found:?} instead of {expected:?}");
 }
 
-/// Solves by every strategy; checks that the status is a right one, and by `check` what was found.
-pub fn assert_by_all<const N: usize, const M: usize>(
+fn assert_by_all<const N: usize, const M: usize>(
     problem: &Dense<N, M>,
     is_right: impl Fn(Status) -> bool,
     check: impl Fn(&SolveReport),
