@@ -2,6 +2,7 @@
 
 use crate::bundle::Bundles;
 use crate::dense::padded;
+use crate::room::Room;
 use crate::structure::Structure;
 use crate::supernodes::Supernodes;
 
@@ -190,54 +191,20 @@ fn add_relative_rows(
     }));
 }
 
-/// Start of each contribution in one array, and its length: first fit among the places that are free again.
+/// Start of each contribution in one array, and its length.
 pub(crate) fn place_contributions(
     extents: &[Extent],
     children: &[u32],
     child_start: &[u32],
 ) -> (Vec<usize>, usize) {
     let size = |s: usize| extents[s].stored_order().pow(2);
+    let mut room = Room::default();
     let mut start = vec![0; extents.len()];
-    let mut length = 0;
-    // Free places (start, end), ascending and apart from each other.
-    let mut free: Vec<(usize, usize)> = Vec::new();
     for s in 0..extents.len() {
-        let needed = size(s);
-        match free.iter().position(|&(begin, end)| end - begin >= needed) {
-            Some(k) => {
-                start[s] = free[k].0;
-                free[k].0 += needed;
-                if free[k].0 == free[k].1 {
-                    free.remove(k);
-                }
-            }
-            None => {
-                // The free place at the end grows.
-                let begin = free.pop_if(|place| place.1 == length).map_or(length, |place| place.0);
-                start[s] = begin;
-                length = begin + needed;
-            }
-        }
+        start[s] = room.take(size(s));
         for &child in &children[child_start[s] as usize..child_start[s + 1] as usize] {
-            let begin = start[child as usize];
-            release(&mut free, begin, begin + size(child as usize));
+            room.give_back(start[child as usize], size(child as usize));
         }
     }
-    (start, length)
-}
-
-/// Adds a place and joins it with its neighbours.
-fn release(free: &mut Vec<(usize, usize)>, mut begin: usize, mut end: usize) {
-    if begin == end {
-        return;
-    }
-    let mut k = free.partition_point(|place| place.0 < begin);
-    if k < free.len() && free[k].0 == end {
-        end = free.remove(k).1;
-    }
-    if k > 0 && free[k - 1].1 == begin {
-        k -= 1;
-        begin = free.remove(k).0;
-    }
-    free.insert(k, (begin, end));
+    (start, room.length())
 }

@@ -3,14 +3,19 @@
 //! The rows of a bundle come first in the elimination order, those of its lanes next to each other: row `r` of lane `l`
 //! of a bundle that begins at `base` has place `base + LANES * r + l`.
 
+mod places;
+
 use std::ops::Range;
 
+use places::Places;
 use pulp::Simd;
 
 use crate::Inertia;
 use crate::dense::{GROUP, clear};
-use crate::lane_entries::{Columns, LaneEntries, Outside};
 use crate::lanes;
+use crate::multifrontal::MOST_COLUMNS;
+use crate::pivot::Diagonal;
+use crate::room::Room;
 use crate::supernodes::Supernodes;
 use crate::twins::{LANES, Twins, are_alike};
 
@@ -25,7 +30,7 @@ pub(crate) struct Bundles {
     entries: Vec<f64>,
     /// The contribution of each bundle to the rows outside: a lower triangle in a square.
     outer: Vec<f64>,
-    /// Contributions within the bundle in work; rows of `D L^T`; a right-hand side.
+    /// Contributions within the bundle in work; rows of `D L^T`; right-hand sides.
     work: Vec<f64>,
     factors: Vec<f64>,
     x: Vec<f64>,
@@ -58,6 +63,8 @@ struct Front {
     /// First value of the contribution in the work space; unused at the root.
     contribution: usize,
     is_leaf: bool,
+    /// The first of its parent's children.
+    is_first: bool,
 }
 
 impl Front {
@@ -128,7 +135,7 @@ impl Bundles {
             shapes.iter().flat_map(|shape| &shape.fronts).map(|front| front.width).max().unwrap_or(0);
         Self {
             work: vec![0.0; largest(|shape| shape.work)],
-            x: vec![0.0; largest(|shape| shape.rows + shape.outer)],
+            x: vec![0.0; largest(|shape| shape.rows + shape.outer) * MOST_COLUMNS],
             factors: vec![0.0; widest * GROUP * LANES],
             entries: vec![0.0; entries],
             outer: vec![0.0; outer],
@@ -169,8 +176,9 @@ impl Bundles {
         &self.outer[outer..outer + self.shapes[shape].outer.pow(2) * LANES]
     }
 
-    /// Factors with these values of the pattern and shifts of the diagonal. `None` after an overflow.
+    /// Factors with these values of the pattern and shifts of pivots. `None` after an overflow.
     #[inline(always)]
+    #[expect(clippy::expect_used, reason = "invariant: a place is in use until its parent has taken it in")]
     pub(crate) fn factor<S: Simd>(
         &mut self,
         simd: S,
@@ -182,6 +190,10 @@ impl Bundles {
         let Self { shapes, list, inner_value, outer_value, entries, outer, work, factors, .. } = self;
         let (values, _) = values.as_chunks::<LANES>();
         let (inner_values, outer_values) = values.split_at(inner_value.len());
+        let place = |front: &Front| {
+            let start = front.contribution * LANES;
+            start..start + front.below.len().pow(2) * LANES
+        };
         for bundle in list {
             let shape = &shapes[bundle.shape];
             let entries = &mut entries[bundle.entries..bundle.entries + shape.entries * LANES];
@@ -189,7 +201,6 @@ impl Bundles {
             let shifts = &shifts[bundle.places(shape)];
             clear(simd, entries);
             clear(simd, outer);
-            clear(simd, &mut work[..shape.work * LANES]);
             let (blocks, _) = entries.as_chunks_mut::<LANES>();
             for entry in bundle.inner_entries.clone() {
                 blocks[inner_value[entry] as usize] = inner_values[entry];
@@ -202,34 +213,33 @@ impl Bundles {
                 let order = stride - width;
                 let start = front.block * LANES;
                 let (block, later) = entries[start..].split_at_mut(width * stride * LANES);
-                for c in 0..width {
-                    let at = (c * stride + c) * LANES;
-                    let shifts = &shifts[(front.first + c) * LANES..][..LANES];
-                    let pivots = &mut block[at..at + LANES];
-                    for lane in 0..LANES {
-                        pivots[lane] += shifts[lane];
-                    }
-                }
-                lanes::eliminate(simd, block, (width, stride), unit, factors, inertia)?;
+                let diagonal = Diagonal { shifts: &shifts[front.first * LANES..], unit };
+                lanes::eliminate(simd, block, (width, stride), diagonal, factors, inertia)?;
                 let Some((parent, relative)) = &front.parent else {
                     lanes::subtract_square(simd, outer, block, (width, stride), factors);
                     lanes::invert_pivots(simd, block, (width, stride));
                     continue;
                 };
-                let (own, to) = work.split_at_mut(front.contribution * LANES);
-                // Contributions of parents come first.
-                let contribution = &mut to[..order * order * LANES];
+                let parent = &shape.fronts[*parent];
+                let own = place(front);
+                let (contribution, square) = match parent.parent {
+                    Some(_) => {
+                        let [own, square] = work
+                            .get_disjoint_mut([own, place(parent)])
+                            .expect("invariant: a place is in use until its parent has taken it in");
+                        if front.is_first {
+                            clear(simd, square);
+                        }
+                        (own, square)
+                    }
+                    None => (&mut work[own], &mut *outer),
+                };
                 if front.is_leaf {
                     clear(simd, contribution);
                 }
                 lanes::subtract_square(simd, contribution, block, (width, stride), factors);
                 lanes::invert_pivots(simd, block, (width, stride));
-                let parent = &shape.fronts[*parent];
                 let target = &mut later[parent.block * LANES - start - block.len()..];
-                let square = match parent.parent {
-                    Some(_) => &mut own[parent.contribution * LANES..],
-                    None => &mut *outer,
-                };
                 take_in::<S>(simd, contribution, order, relative, target, parent.size(), square);
             }
         }
@@ -238,22 +248,25 @@ impl Bundles {
 
     /// Solves with L within the bundles and takes their rows off those outside.
     #[inline(always)]
-    pub(crate) fn forward<S: Simd>(&mut self, simd: S, right: &mut [f64]) {
+    pub(crate) fn forward<S: Simd, const R: usize>(&mut self, simd: S, right: &mut [&mut [f64]; R]) {
         let Self { shapes, list, entries, x, .. } = self;
         for bundle in list {
             let shape = &shapes[bundle.shape];
             let places = bundle.places(shape);
-            let x = shape.take_rows(x, &right[places.clone()]);
-            clear(simd, &mut x[places.len()..]);
+            let x = shape.take_rows(x, right, places.clone());
+            clear(simd, &mut x[places.len() * R..]);
             for front in &shape.fronts {
                 let block = &entries[bundle.entries + front.block * LANES..];
-                lanes::forward(simd, block, front.size(), front.first, &front.below, x);
+                lanes::forward::<S, R>(simd, block, front.size(), front.first, &front.below, x);
             }
-            let (inner, outside) = x.split_at(places.len());
-            right[places].copy_from_slice(inner);
-            for (rows, values) in bundle.outer_rows.iter().zip(outside.chunks_exact(LANES)) {
-                for (&row, value) in rows.iter().zip(values) {
-                    right[row as usize] += value;
+            let (inside, outside) = x.split_at(places.len() * R);
+            give_back(inside, right, places);
+            let (outside, _) = outside.as_chunks::<LANES>();
+            for (rows, values) in bundle.outer_rows.iter().zip(outside.chunks_exact(R)) {
+                for (right, values) in right.iter_mut().zip(values) {
+                    for (&row, value) in rows.iter().zip(values) {
+                        right[row as usize] += value;
+                    }
                 }
             }
         }
@@ -261,23 +274,37 @@ impl Bundles {
 
     /// Solves with D and the transpose of L within the bundles.
     #[inline(always)]
-    pub(crate) fn backward<S: Simd>(&mut self, simd: S, right: &mut [f64]) {
+    pub(crate) fn backward<S: Simd, const R: usize>(&mut self, simd: S, right: &mut [&mut [f64]; R]) {
         let Self { shapes, list, entries, x, .. } = self;
         for bundle in list {
             let shape = &shapes[bundle.shape];
             let places = bundle.places(shape);
-            let x = shape.take_rows(x, &right[places.clone()]);
-            let outside = x[places.len()..].chunks_exact_mut(LANES);
-            for (rows, values) in bundle.outer_rows.iter().zip(outside) {
-                for (&row, value) in rows.iter().zip(values) {
-                    *value = right[row as usize];
+            let x = shape.take_rows(x, right, places.clone());
+            let (outside, _) = x[places.len() * R..].as_chunks_mut::<LANES>();
+            for (rows, values) in bundle.outer_rows.iter().zip(outside.chunks_exact_mut(R)) {
+                for (right, values) in right.iter().zip(values) {
+                    for lane in 0..LANES {
+                        values[lane] = right[rows[lane] as usize];
+                    }
                 }
             }
             for front in shape.fronts.iter().rev() {
                 let block = &entries[bundle.entries + front.block * LANES..];
-                lanes::backward(simd, block, front.size(), front.first, &front.below, x);
+                lanes::backward::<S, R>(simd, block, front.size(), front.first, &front.below, x);
             }
-            right[places.clone()].copy_from_slice(&x[..places.len()]);
+            give_back(&x[..places.len() * R], right, places);
+        }
+    }
+}
+
+/// Copies the rows of a bundle back into the right-hand sides.
+#[inline(always)]
+fn give_back<const R: usize>(x: &[f64], right: &mut [&mut [f64]; R], places: Range<usize>) {
+    let (rows, _) = x.as_chunks::<LANES>();
+    for (k, right) in right.iter_mut().enumerate() {
+        let (targets, _) = right[places.clone()].as_chunks_mut::<LANES>();
+        for (row, target) in targets.iter_mut().enumerate() {
+            *target = rows[row * R + k];
         }
     }
 }
@@ -318,9 +345,20 @@ fn take_in<S: Simd>(
 impl Shape {
     /// The room of a solve with the rows of a bundle taken in, and those outside behind them as they were left.
     #[inline(always)]
-    fn take_rows<'a>(&self, x: &'a mut [f64], rows: &[f64]) -> &'a mut [f64] {
-        let x = &mut x[..rows.len() + self.outer * LANES];
-        x[..rows.len()].copy_from_slice(rows);
+    fn take_rows<'a, const R: usize>(
+        &self,
+        x: &'a mut [f64],
+        right: &[&mut [f64]; R],
+        places: Range<usize>,
+    ) -> &'a mut [f64] {
+        let x = &mut x[..(places.len() + self.outer * LANES) * R];
+        let (targets, _) = x.as_chunks_mut::<LANES>();
+        for (k, right) in right.iter().enumerate() {
+            let (rows, _) = right[places.clone()].as_chunks::<LANES>();
+            for (row, values) in rows.iter().enumerate() {
+                targets[row * R + k] = *values;
+            }
+        }
         x
     }
 
@@ -355,6 +393,7 @@ impl Shape {
                 parent: None,
                 contribution: 0,
                 is_leaf: true,
+                is_first: false,
             });
         }
         for s in (first..root).rev() {
@@ -363,18 +402,25 @@ impl Shape {
             fronts[s - first].parent = Some((parent, relative));
             fronts[parent].is_leaf = false;
         }
-        // Parents before their children; leaves share what is left.
-        let mut work = 0;
-        for front in fronts.iter_mut().rev().filter(|front| !front.is_leaf && front.parent.is_some()) {
-            front.contribution = work;
-            work += front.below.len().pow(2);
+        // A contribution is in use from the first child to the parent.
+        let mut room = Room::default();
+        let mut is_begun = vec![false; size];
+        for s in 0..size {
+            let Some(parent) = fronts[s].parent.as_ref().map(|(parent, _)| *parent) else { continue };
+            let order = |s: usize| fronts[s].below.len().pow(2);
+            let (own, parents) = (order(s), order(parent));
+            if fronts[s].is_leaf {
+                fronts[s].contribution = room.take(own);
+            }
+            if !std::mem::replace(&mut is_begun[parent], true) {
+                fronts[s].is_first = true;
+                if fronts[parent].parent.is_some() {
+                    fronts[parent].contribution = room.take(parents);
+                }
+            }
+            room.give_back(fronts[s].contribution, own);
         }
-        let mut largest = 0;
-        for front in fronts.iter_mut().filter(|front| front.is_leaf && front.parent.is_some()) {
-            front.contribution = work;
-            largest = largest.max(front.below.len().pow(2));
-        }
-        Self { fronts, rows, outer: outer.len(), entries, work: work + largest }
+        Self { fronts, rows, outer: outer.len(), entries, work: room.length() }
     }
 }
 
@@ -386,125 +432,5 @@ impl Front {
             return (row - self.first) as u32;
         }
         (self.width + self.below.partition_point(|&below| below < code)) as u32
-    }
-}
-
-/// Finds where entries stand in the blocks.
-pub(crate) struct Places<'a> {
-    bundles: &'a mut Bundles,
-    /// Bundle of each vector of rows.
-    bundle_of: Vec<u32>,
-    shapes: Vec<ShapePlaces>,
-    /// First value of the blocks of each bundle, per lane.
-    first: Vec<usize>,
-    /// The values that have been met, and then the positions of their entries.
-    position: Vec<u32>,
-}
-
-/// Where the entries of a shape stand in its blocks.
-struct ShapePlaces {
-    /// Front of each column.
-    front: Vec<usize>,
-    /// For each front, the row in the block by the code of a row.
-    rows: Vec<Vec<u32>>,
-}
-
-impl<'a> Places<'a> {
-    fn new(bundles: &'a mut Bundles) -> Self {
-        let mut bundle_of = Vec::with_capacity(bundles.rows() / LANES);
-        let (mut first, mut values) = (Vec::with_capacity(bundles.list.len()), 0);
-        for (b, bundle) in bundles.list.iter().enumerate() {
-            let shape = &bundles.shapes[bundle.shape];
-            bundle_of.extend(std::iter::repeat_n(b as u32, shape.rows));
-            first.push(values);
-            values += shape.entries;
-        }
-        let shapes = bundles.shapes.iter().map(ShapePlaces::new).collect();
-        Self { bundle_of, shapes, first, position: vec![0; values], bundles }
-    }
-
-    /// Marks the value of a row and a later one, the first of which is in a bundle, and answers its number.
-    pub(crate) fn touch(&mut self, first: usize, second: usize) -> u32 {
-        let b = self.bundle_of[first / LANES] as usize;
-        let bundle = &self.bundles.list[b];
-        let shape = &self.bundles.shapes[bundle.shape];
-        let column = (first - bundle.base) / LANES;
-        let code = if second < self.bundle_of.len() * LANES {
-            (second - bundle.base) / LANES
-        } else {
-            let lane = first % LANES;
-            shape.rows + bundle.outer_rows.partition_point(|rows| (rows[lane] as usize) < second)
-        };
-        let places = &self.shapes[bundle.shape];
-        let front = &shape.fronts[places.front[column]];
-        let row = places.rows[places.front[column]][code] as usize;
-        let value = self.first[b] + front.block + (column - front.first) * front.size().1 + row;
-        self.position[value] = 1;
-        value as u32
-    }
-
-    /// Numbers the values that have been met: inner ones by column, then outer ones.
-    pub(crate) fn finish(self) -> LaneEntries {
-        let Self { bundles, first, mut position, .. } = self;
-        let (mut inner, mut outer) = (Columns::default(), Columns::default());
-        inner.start.push(0);
-        outer.start.push(0);
-        let (mut outside, mut outer_rows) = (Vec::new(), Vec::new());
-        let mut outer_positions = Vec::new();
-        for (bundle, &first) in bundles.list.iter_mut().zip(&first) {
-            let shape = &bundles.shapes[bundle.shape];
-            let (inner_first, outer_first) = (inner.row.len(), outer.row.len());
-            for front in &shape.fronts {
-                for c in 0..front.width {
-                    let at = front.block + c * front.size().1;
-                    let own = (front.first..front.first + front.width).map(|row| row as u32);
-                    for (k, code) in own.chain(front.below.iter().copied()).enumerate() {
-                        let position = &mut position[first + at + k];
-                        if *position == 0 {
-                            continue;
-                        }
-                        let code = code as usize;
-                        if code < shape.rows {
-                            *position = (inner.row.len() * LANES) as u32;
-                            inner.row.push((bundle.base + code * LANES) as u32);
-                            bundles.inner_value.push((at + k) as u32);
-                        } else {
-                            outer_positions.push(first + at + k);
-                            outer.row.push((code - shape.rows) as u32);
-                            bundles.outer_value.push((at + k) as u32);
-                        }
-                    }
-                    inner.start.push(inner.row.len() as u32);
-                    outer.start.push(outer.row.len() as u32);
-                }
-            }
-            let columns = bundle.base / LANES..bundle.base / LANES + shape.rows;
-            outside.push(Outside { columns, rows: outer_rows.len()..outer_rows.len() + shape.outer });
-            outer_rows.extend_from_slice(&bundle.outer_rows);
-            bundle.inner_entries = inner_first..inner.row.len();
-            bundle.outer_entries = outer_first..outer.row.len();
-        }
-        for (k, value) in outer_positions.into_iter().enumerate() {
-            position[value] = ((inner.row.len() + k) * LANES) as u32;
-        }
-        LaneEntries { inner, outer, bundles: outside, outer_rows, position }
-    }
-}
-
-impl ShapePlaces {
-    fn new(shape: &Shape) -> Self {
-        let mut places = Self { front: Vec::with_capacity(shape.rows), rows: Vec::new() };
-        for (f, front) in shape.fronts.iter().enumerate() {
-            places.front.extend(std::iter::repeat_n(f, front.width));
-            let mut rows = vec![0; shape.rows + shape.outer];
-            for c in 0..front.width {
-                rows[front.first + c] = c as u32;
-            }
-            for (k, &code) in front.below.iter().enumerate() {
-                rows[code as usize] = (front.width + k) as u32;
-            }
-            places.rows.push(rows);
-        }
-        places
     }
 }

@@ -3,7 +3,8 @@
 //! A block is a slice of columns, each `stride` values after the one before. Columns are treated in groups of
 //! [`GROUP`]; rows begin and strides end at multiples of it, so that vectors of this length leave no rest.
 //!
-//! Loops of the kernels run over indices: `zip` and the like are calls where a crate is built in several units without link-time optimisation.
+//! Loops of the kernels run over indices: `zip` and the like are calls where a crate is built in several units without link-time optimisation,
+//! and `map` of an array is one always, without the vector instructions.
 
 use pulp::Simd;
 
@@ -12,12 +13,12 @@ pub(crate) const GROUP: usize = 4;
 
 /// Calls a kernel with the number of columns that are left as a constant, at most [`GROUP`].
 macro_rules! for_columns {
-    ($left:expr, $kernel:ident::<S>($($argument:expr),* $(,)?)) => {
+    ($left:expr, $kernel:ident::<S $(, $more:ident)?>($($argument:expr),* $(,)?)) => {
         match $left {
-            1 => $kernel::<S, 1>($($argument),*),
-            2 => $kernel::<S, 2>($($argument),*),
-            3 => $kernel::<S, 3>($($argument),*),
-            _ => $kernel::<S, { $crate::dense::GROUP }>($($argument),*),
+            1 => $kernel::<S, 1 $(, $more)?>($($argument),*),
+            2 => $kernel::<S, 2 $(, $more)?>($($argument),*),
+            3 => $kernel::<S, 3 $(, $more)?>($($argument),*),
+            _ => $kernel::<S, { $crate::dense::GROUP } $(, $more)?>($($argument),*),
         }
     };
 }
@@ -148,30 +149,35 @@ pub(crate) fn eliminate_below<S: Simd, const C: usize>(
     }
 }
 
-/// Inner products of rows `from..stride` of `C` columns with `x`.
+/// Inner products of rows `from..stride` of `C` columns with each of `R` vectors of `stride` rows in `x`.
 #[inline(always)]
-pub(crate) fn products<S: Simd, const C: usize>(
+pub(crate) fn products<S: Simd, const C: usize, const R: usize>(
     simd: S,
     block: &[f64],
     stride: usize,
     from: usize,
     x: &[f64],
-) -> [f64; C] {
+) -> [[f64; C]; R] {
     let lanes = S::F64_LANES;
-    let mut sums = [simd.splat_f64s(0.0); C];
+    let mut sums = [[simd.splat_f64s(0.0); C]; R];
     let mut at = from;
     while at + lanes <= stride {
-        let x = S::as_simd_f64s(&x[at..at + lanes]).0[0];
-        for (c, sum) in sums.iter_mut().enumerate() {
+        for c in 0..C {
             let value = S::as_simd_f64s(&block[c * stride + at..][..lanes]).0[0];
-            *sum = simd.mul_add_e_f64s(value, x, *sum);
+            for k in 0..R {
+                let x = S::as_simd_f64s(&x[k * stride + at..][..lanes]).0[0];
+                sums[k][c] = simd.mul_add_e_f64s(value, x, sums[k][c]);
+            }
         }
         at += lanes;
     }
-    let mut results = sums.map(|sum| simd.reduce_sum_f64s(sum));
-    for (c, result) in results.iter_mut().enumerate() {
-        for row in at..stride {
-            *result += block[c * stride + row] * x[row];
+    let mut results = [[0.0; C]; R];
+    for k in 0..R {
+        for c in 0..C {
+            results[k][c] = simd.reduce_sum_f64s(sums[k][c]);
+            for row in at..stride {
+                results[k][c] += block[c * stride + row] * x[k * stride + row];
+            }
         }
     }
     results

@@ -3,13 +3,14 @@
 //! Value `i` of the block in lane `l` stands at `LANES * i + l`. Blocks are slices of columns, `stride` values in each.
 //! A vector of the machine may hold fewer lanes than there are: a *part* is what fits into one.
 //!
-//! Loops of the kernels run over indices: `zip` and the like are calls where a crate is built in several units without link-time optimisation.
+//! Loops of the kernels run over indices: `zip` and the like are calls where a crate is built in several units without link-time optimisation,
+//! and `map` of an array is one always, without the vector instructions.
 
 use pulp::Simd;
 
 use crate::Inertia;
 use crate::dense::{GROUP, for_columns};
-use crate::pivot::pivot;
+use crate::pivot::{Diagonal, pivot};
 use crate::twins::LANES;
 
 /// Vectors that hold all lanes of one value.
@@ -26,14 +27,14 @@ pub(crate) fn eliminate<S: Simd>(
     simd: S,
     block: &mut [f64],
     (width, stride): (usize, usize),
-    unit: f64,
+    diagonal: Diagonal<'_>,
     factors: &mut [f64],
     inertia: &mut Inertia,
 ) -> Option<()> {
     for first in (0..width).step_by(GROUP) {
         for_columns!(
             width - first,
-            eliminate_group::<S>(simd, block, stride, first, unit, factors, inertia)
+            eliminate_group::<S>(simd, block, stride, first, diagonal, factors, inertia)
         )?;
     }
     Some(())
@@ -46,7 +47,7 @@ fn eliminate_group<S: Simd, const C: usize>(
     block: &mut [f64],
     stride: usize,
     first: usize,
-    unit: f64,
+    diagonal: Diagonal<'_>,
     factors: &mut [f64],
     inertia: &mut Inertia,
 ) -> Option<()> {
@@ -70,8 +71,9 @@ fn eliminate_group<S: Simd, const C: usize>(
         let mut triangle = [[simd.splat_f64s(0.0); C]; C];
         for c in 0..C {
             let lanes = ((c * stride + first + c) * parts + part) * S::F64_LANES;
-            for value in &mut group[lanes..lanes + S::F64_LANES] {
-                pivot(value, unit, inertia)?;
+            let shifts = &diagonal.shifts[(first + c) * LANES + part * S::F64_LANES..];
+            for (value, shift) in group[lanes..lanes + S::F64_LANES].iter_mut().zip(shifts) {
+                pivot(value, *shift, diagonal.unit, inertia)?;
             }
             let (values, _) = S::as_mut_simd_f64s(group);
             let inverse = simd.div_f64s(simd.splat_f64s(1.0), values[at(c, first + c)]);
@@ -242,9 +244,10 @@ fn subtract_tile<S: Simd, const C: usize, const R: usize>(
     }
 }
 
-/// Solves with the triangle of a block and takes its columns off the rows below, which stand at `below`.
+/// Solves with the triangle of a block and takes its columns off the rows below, which stand at `below`. Row `r` of
+/// right-hand side `k` of `R` is vector `r * R + k` of `x`.
 #[inline(always)]
-pub(crate) fn forward<S: Simd>(
+pub(crate) fn forward<S: Simd, const R: usize>(
     simd: S,
     block: &[f64],
     (width, stride): (usize, usize),
@@ -259,44 +262,63 @@ pub(crate) fn forward<S: Simd>(
     let (x, _) = S::as_mut_simd_f64s(x);
     for part in 0..parts {
         let entry = |c: usize, row: usize| (c * stride + row) * parts + part;
+        let place = |row: usize, k: usize| (row * R + k) * parts + part;
         for c in 0..width {
-            let value = x[(first + c) * parts + part];
+            let mut values = [simd.splat_f64s(0.0); R];
+            for k in 0..R {
+                values[k] = x[place(first + c, k)];
+            }
             for row in c + 1..width {
-                let target = &mut x[(first + row) * parts + part];
-                *target = simd.negate_mul_add_e_f64s(block[entry(c, row)], value, *target);
+                let factor = block[entry(c, row)];
+                for k in 0..R {
+                    let target = &mut x[place(first + row, k)];
+                    *target = simd.negate_mul_add_e_f64s(factor, values[k], *target);
+                }
             }
         }
         let (groups, rest) = below.as_chunks::<ROWS>();
-        for (k, rows) in groups.iter().enumerate() {
-            let mut sums = [simd.splat_f64s(0.0); ROWS];
+        for (group, rows) in groups.iter().enumerate() {
+            let mut sums = [[simd.splat_f64s(0.0); R]; ROWS];
             for c in 0..width {
-                let value = x[(first + c) * parts + part];
-                let at = entry(c, width + k * ROWS);
+                let mut values = [simd.splat_f64s(0.0); R];
+                for k in 0..R {
+                    values[k] = x[place(first + c, k)];
+                }
+                let at = entry(c, width + group * ROWS);
                 let column = &block[at..at + (ROWS - 1) * parts + 1];
-                for (r, sum) in sums.iter_mut().enumerate() {
-                    *sum = simd.mul_add_e_f64s(column[r * parts], value, *sum);
+                for (r, sums) in sums.iter_mut().enumerate() {
+                    for k in 0..R {
+                        sums[k] = simd.mul_add_e_f64s(column[r * parts], values[k], sums[k]);
+                    }
                 }
             }
             for r in 0..ROWS {
-                let target = &mut x[rows[r] as usize * parts + part];
-                *target = simd.sub_f64s(*target, sums[r]);
+                for k in 0..R {
+                    let target = &mut x[place(rows[r] as usize, k)];
+                    *target = simd.sub_f64s(*target, sums[r][k]);
+                }
             }
         }
         for (r, &row) in rest.iter().enumerate() {
-            let mut sum = simd.splat_f64s(0.0);
+            let mut sums = [simd.splat_f64s(0.0); R];
             for c in 0..width {
-                let value = block[entry(c, stride - rest.len() + r)];
-                sum = simd.mul_add_e_f64s(value, x[(first + c) * parts + part], sum);
+                let factor = block[entry(c, stride - rest.len() + r)];
+                for k in 0..R {
+                    sums[k] = simd.mul_add_e_f64s(factor, x[place(first + c, k)], sums[k]);
+                }
             }
-            let target = &mut x[row as usize * parts + part];
-            *target = simd.sub_f64s(*target, sum);
+            for k in 0..R {
+                let target = &mut x[place(row as usize, k)];
+                *target = simd.sub_f64s(*target, sums[k]);
+            }
         }
     }
 }
 
-/// Multiplies the rows of the columns of a block by the inverse of D, which stands on its diagonal, and solves with the transpose of L.
+/// Multiplies the rows of the columns of a block by the inverse of D, which stands on its diagonal, and solves with the
+/// transpose of L. `x` is laid out as in [`forward`].
 #[inline(always)]
-pub(crate) fn backward<S: Simd>(
+pub(crate) fn backward<S: Simd, const R: usize>(
     simd: S,
     block: &[f64],
     (width, stride): (usize, usize),
@@ -307,13 +329,13 @@ pub(crate) fn backward<S: Simd>(
     for column in (0..width).step_by(GROUP).rev() {
         for_columns!(
             width - column,
-            backward_group::<S>(simd, block, (width, stride), first, column, below, x)
+            backward_group::<S, R>(simd, block, (width, stride), first, column, below, x)
         );
     }
 }
 
 #[inline(always)]
-fn backward_group<S: Simd, const C: usize>(
+fn backward_group<S: Simd, const C: usize, const R: usize>(
     simd: S,
     block: &[f64],
     (width, stride): (usize, usize),
@@ -327,25 +349,35 @@ fn backward_group<S: Simd, const C: usize>(
     let (x, _) = S::as_mut_simd_f64s(x);
     for part in 0..parts {
         let entry = |c: usize, row: usize| (c * stride + row) * parts + part;
-        let mut sums = [simd.splat_f64s(0.0); C];
+        let place = |row: usize, k: usize| (row * R + k) * parts + part;
+        let mut sums = [[simd.splat_f64s(0.0); R]; C];
         for row in column + C..stride {
-            let place = if row < width { first + row } else { below[row - width] as usize };
-            let value = x[place * parts + part];
+            let from = if row < width { first + row } else { below[row - width] as usize };
+            let mut values = [simd.splat_f64s(0.0); R];
+            for k in 0..R {
+                values[k] = x[place(from, k)];
+            }
             for c in 0..C {
-                sums[c] = simd.mul_add_e_f64s(block[entry(c, row)], value, sums[c]);
+                let factor = block[entry(c, row)];
+                for k in 0..R {
+                    sums[c][k] = simd.mul_add_e_f64s(factor, values[k], sums[c][k]);
+                }
             }
         }
         for c in (0..C).rev() {
-            let mut sum = sums[c];
-            for k in c + 1..C {
-                sum = simd.mul_add_e_f64s(
-                    block[entry(c, column + k)],
-                    x[(first + column + k) * parts + part],
-                    sum,
-                );
+            let pivot = block[entry(c, column + c)];
+            for k in 0..R {
+                let mut sum = sums[c][k];
+                for later in c + 1..C {
+                    sum = simd.mul_add_e_f64s(
+                        block[entry(c, column + later)],
+                        x[place(first + column + later, k)],
+                        sum,
+                    );
+                }
+                let target = &mut x[place(first + column + c, k)];
+                *target = simd.sub_f64s(simd.mul_f64s(*target, pivot), sum);
             }
-            let target = &mut x[(first + column + c) * parts + part];
-            *target = simd.sub_f64s(simd.mul_f64s(*target, block[entry(c, column + c)]), sum);
         }
     }
 }

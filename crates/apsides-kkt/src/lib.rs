@@ -33,8 +33,8 @@
 //! 1. The triplets are placed once, permuted by the elimination order. Subtrees of the elimination forest that are alike, such as
 //!    those of what the intervals of a mesh have inside, become bundles of four: their rows stand side by side, and all work on
 //!    them (scaling, factorisation, substitution, product) goes through one list of indices, one subtree in each lane of a vector.
-//! 2. `factor` scales rows and columns by powers of two (Ruiz), adds the static shift to a copy, and runs a
-//!    multifrontal LDL^T without pivoting. Expected signs are never imposed. A pivot that is zero to rounding
+//! 2. `factor` scales rows and columns by powers of two (Ruiz) and runs a multifrontal LDL^T without pivoting, with the static
+//!    shift of pivots: of those of dual rows, and of small ones of primal rows. Expected signs are never imposed. A pivot that is zero to rounding
 //!    is replaced by a small one, and the signs are counted anew in the pivoted factor of step 4: only what is zero
 //!    there, too, counts in [`Inertia::zero`].
 //!    Dense blocks are eliminated with the vector instructions that the processor has.
@@ -78,6 +78,7 @@
 //! | `multifrontal`, `assembly`, `dense` | LDL^T, inertia; sizes of fronts and where their parts go; kernels on dense blocks |
 //! | `pivot` | pivots counted and replaced |
 //! | `bundle`, `lanes` | the same for bundles of subtrees that are alike; kernels in lanes |
+//! | `room` | places in an array that are used again |
 //! | `pivoted` | LBL^T, the fallback |
 //! | `refine`, `norms` | refinement and GMRES; largest magnitudes |
 //!
@@ -107,6 +108,7 @@ mod pattern;
 mod pivot;
 mod pivoted;
 mod refine;
+mod room;
 mod scaling;
 mod settings;
 mod structure;

@@ -8,12 +8,26 @@ use crate::assembly::{Extent, TwinChildren, place_contributions, place_entries, 
 use crate::bundle::Bundles;
 use crate::dense::{GROUP, Triangle, clear, eliminate_below, for_columns, products, subtract_products};
 use crate::norms::all_finite;
-use crate::pivot::pivot;
+use crate::pivot::{Diagonal, pivot};
 use crate::refine::Substitution;
 use crate::structure::Structure;
 use crate::supernodes::Supernodes;
 use crate::twins::LANES;
 use crate::{Inertia, KktError};
+
+/// Most right-hand sides that are solved with at once.
+pub(crate) const MOST_COLUMNS: usize = 2;
+
+/// The first `R` of some columns.
+#[expect(clippy::expect_used, reason = "invariant: no more columns than there are")]
+pub(crate) fn first_columns<const R: usize>(columns: &mut [Vec<f64>; MOST_COLUMNS]) -> [&mut [f64]; R] {
+    const { assert!(R <= MOST_COLUMNS) };
+    columns
+        .first_chunk_mut()
+        .expect("invariant: no more columns than there are")
+        .each_mut()
+        .map(|column| &mut column[..])
+}
 
 /// Structure, factor and work space. Nothing is allocated after construction.
 ///
@@ -44,7 +58,7 @@ pub(crate) struct Multifrontal {
     contributions: Vec<f64>,
     /// Rows of `D L^T` for one group of columns.
     factors: Vec<[f64; GROUP]>,
-    /// The rows of a block in a right-hand side.
+    /// The rows of a block in each right-hand side.
     gathered: Vec<f64>,
     arch: Arch,
     complete: bool,
@@ -83,7 +97,7 @@ impl Multifrontal {
             entries: vec![0.0; block_start[count]],
             contributions: vec![0.0; contributions],
             factors: vec![[0.0; GROUP]; widest],
-            gathered: vec![0.0; highest],
+            gathered: vec![0.0; highest * MOST_COLUMNS],
             supernodes,
             extents,
             block_start,
@@ -102,7 +116,7 @@ impl Multifrontal {
         self.entries.len() + self.bundles.nonzeros()
     }
 
-    /// Factors the matrix with these values of the pattern and the shifts added to its diagonal. Signs of D are counted;
+    /// Factors the matrix with these values of the pattern and the shifts of pivots. Signs of D are counted;
     /// pivots that are zero to rounding in rows of size `unit` count as zero. After an overflow all do.
     pub(crate) fn factor(&mut self, values: &[f64], shifts: &[f64], unit: f64) -> Inertia {
         let inertia = self.arch.dispatch(Factorise { factor: self, values, shifts, unit });
@@ -111,13 +125,22 @@ impl Multifrontal {
     }
 }
 
+impl Multifrontal {
+    /// Solves with at most [`MOST_COLUMNS`] right-hand sides in place, each as if it were alone. Says which are finite; none if there is no
+    /// complete factor.
+    pub(crate) fn solve_columns<const R: usize>(&mut self, mut x: [&mut [f64]; R]) -> [bool; R] {
+        if !self.complete {
+            return [false; R];
+        }
+        self.arch.dispatch(Substitute { factor: self, x: &mut x });
+        x.map(|x| all_finite(x))
+    }
+}
+
 impl Substitution for Multifrontal {
     fn solve(&mut self, x: &mut [f64]) -> bool {
-        if !self.complete {
-            return false;
-        }
-        self.arch.dispatch(Substitute { factor: self, x: &mut *x });
-        all_finite(x)
+        let [finite] = self.solve_columns([x]);
+        finite
     }
 }
 
@@ -163,12 +186,9 @@ impl WithSimd for Factorise<'_> {
                 block[place as usize] = self.values[p as usize];
             }
             let columns = supernodes.first[s] as usize..supernodes.first[s + 1] as usize;
-            for (shift, pivot) in self.shifts[columns].iter().zip(block.iter_mut().step_by(extent.stride + 1))
-            {
-                *pivot += shift;
-            }
+            let diagonal = Diagonal { shifts: &self.shifts[columns], unit: self.unit };
             if extent.single_leaf {
-                let inverse = 1.0 / pivot(&mut block[0], self.unit, &mut inertia)?;
+                let inverse = 1.0 / pivot(&mut block[0], diagonal.shifts[0], self.unit, &mut inertia)?;
                 block[extent.top..].iter_mut().for_each(|value| *value *= inverse);
                 continue;
             }
@@ -214,7 +234,7 @@ impl WithSimd for Factorise<'_> {
             while first < extent.width {
                 for_columns!(
                     extent.width - first,
-                    eliminate::<S>(simd, block, extent, first, self.unit, factors, &mut inertia)
+                    eliminate::<S>(simd, block, extent, first, diagonal, factors, &mut inertia)
                 )?;
                 first += GROUP;
             }
@@ -310,7 +330,7 @@ fn eliminate<S: Simd, const C: usize>(
     block: &mut [f64],
     extent: Extent,
     first: usize,
-    unit: f64,
+    diagonal: Diagonal<'_>,
     factors: &mut [[f64; GROUP]],
     inertia: &mut Inertia,
 ) -> Option<()> {
@@ -324,7 +344,8 @@ fn eliminate<S: Simd, const C: usize>(
     }
     let mut triangle = Triangle { inverse_pivots: [0.0; C], factors: [[0.0; C]; C] };
     for c in 0..C {
-        let inverse = 1.0 / pivot(&mut group[c * stride + first + c], unit, inertia)?;
+        let value = &mut group[c * stride + first + c];
+        let inverse = 1.0 / pivot(value, diagonal.shifts[first + c], diagonal.unit, inertia)?;
         triangle.inverse_pivots[c] = inverse;
         for k in c + 1..C {
             let factor = group[c * stride + first + k];
@@ -340,41 +361,48 @@ fn eliminate<S: Simd, const C: usize>(
 }
 
 /// Solves with L, D and L^T.
-struct Substitute<'a> {
+struct Substitute<'a, 'b, const R: usize> {
     factor: &'a mut Multifrontal,
-    x: &'a mut [f64],
+    x: &'a mut [&'b mut [f64]; R],
 }
 
-impl WithSimd for Substitute<'_> {
+impl<const R: usize> WithSimd for Substitute<'_, '_, R> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Multifrontal { bundles, supernodes, extents, block_start, entries, gathered, .. } = self.factor;
-        let x = self.x;
-        bundles.forward(simd, x);
+        let right = self.x;
+        bundles.forward(simd, right);
         for s in 0..supernodes.count() {
             let extent = extents[s];
             let (start, rows) = (supernodes.first[s] as usize, supernodes.below(s));
             let block = &entries[block_start[s]..block_start[s + 1]];
             if extent.width == 1 {
-                let value = x[start];
                 let l = &block[extent.top..];
-                for (i, &row) in rows.iter().enumerate() {
-                    x[row as usize] -= l[i] * value;
+                for x in &mut *right {
+                    let value = x[start];
+                    for (i, &row) in rows.iter().enumerate() {
+                        x[row as usize] -= l[i] * value;
+                    }
                 }
                 continue;
             }
-            let gathered = &mut gathered[..extent.stride];
+            let (width, stride) = (extent.width, extent.stride);
+            let gathered = &mut gathered[..stride * R];
             clear(simd, gathered);
-            gathered[..extent.width].copy_from_slice(&x[start..start + extent.width]);
-            for first in (0..extent.width).step_by(GROUP) {
-                for_columns!(extent.width - first, forward::<S>(simd, block, extent.stride, first, gathered));
+            for (x, gathered) in right.iter().zip(gathered.chunks_exact_mut(stride)) {
+                gathered[..width].copy_from_slice(&x[start..start + width]);
             }
-            x[start..start + extent.width].copy_from_slice(&gathered[..extent.width]);
-            let below = &gathered[extent.top..];
-            for (i, &row) in rows.iter().enumerate() {
-                x[row as usize] += below[i];
+            for first in (0..width).step_by(GROUP) {
+                for_columns!(width - first, forward::<S, R>(simd, block, stride, first, gathered));
+            }
+            for (x, gathered) in right.iter_mut().zip(gathered.chunks_exact(stride)) {
+                x[start..start + width].copy_from_slice(&gathered[..width]);
+                let below = &gathered[extent.top..];
+                for (i, &row) in rows.iter().enumerate() {
+                    x[row as usize] += below[i];
+                }
             }
         }
         for s in (0..supernodes.count()).rev() {
@@ -383,61 +411,91 @@ impl WithSimd for Substitute<'_> {
             let block = &entries[block_start[s]..block_start[s + 1]];
             if extent.width == 1 {
                 let l = &block[extent.top..];
-                let mut sum = 0.0;
-                for (i, &row) in rows.iter().enumerate() {
-                    sum += l[i] * x[row as usize];
+                for x in &mut *right {
+                    let mut sum = 0.0;
+                    for (i, &row) in rows.iter().enumerate() {
+                        sum += l[i] * x[row as usize];
+                    }
+                    x[start] = x[start] / block[0] - sum;
                 }
-                x[start] = x[start] / block[0] - sum;
                 continue;
             }
-            let gathered = &mut gathered[..extent.stride];
+            let (width, stride) = (extent.width, extent.stride);
+            let gathered = &mut gathered[..stride * R];
             clear(simd, gathered);
-            gathered[..extent.width].copy_from_slice(&x[start..start + extent.width]);
-            let below = &mut gathered[extent.top..];
-            for (i, &row) in rows.iter().enumerate() {
-                below[i] = x[row as usize];
+            for (x, gathered) in right.iter().zip(gathered.chunks_exact_mut(stride)) {
+                gathered[..width].copy_from_slice(&x[start..start + width]);
+                let below = &mut gathered[extent.top..];
+                for (i, &row) in rows.iter().enumerate() {
+                    below[i] = x[row as usize];
+                }
             }
-            for first in (0..extent.width).step_by(GROUP).rev() {
-                for_columns!(
-                    extent.width - first,
-                    backward::<S>(simd, block, extent.stride, first, gathered)
-                );
+            for first in (0..width).step_by(GROUP).rev() {
+                for_columns!(width - first, backward::<S, R>(simd, block, stride, first, gathered));
             }
-            x[start..start + extent.width].copy_from_slice(&gathered[..extent.width]);
+            for (x, gathered) in right.iter_mut().zip(gathered.chunks_exact(stride)) {
+                x[start..start + width].copy_from_slice(&gathered[..width]);
+            }
         }
-        bundles.backward(simd, x);
+        bundles.backward(simd, right);
     }
 }
 
-/// Solves with the triangle of `C` columns from `first` and takes them off the rows below.
+/// Solves with the triangle of `C` columns from `first` and takes them off the rows below, in `R` right-hand sides of
+/// `stride` rows.
 #[inline(always)]
-fn forward<S: Simd, const C: usize>(simd: S, block: &[f64], stride: usize, first: usize, x: &mut [f64]) {
+fn forward<S: Simd, const C: usize, const R: usize>(
+    simd: S,
+    block: &[f64],
+    stride: usize,
+    first: usize,
+    x: &mut [f64],
+) {
     let group = &block[first * stride..];
     let mut factors = [[0.0; GROUP]; C];
-    for c in 0..C {
-        let value = x[first + c];
-        factors[c][0] = value;
-        for k in c + 1..C {
-            x[first + k] -= group[c * stride + first + k] * value;
+    for (k, x) in x.chunks_exact_mut(stride).enumerate() {
+        for c in 0..C {
+            let value = x[first + c];
+            factors[c][k] = value;
+            for later in c + 1..C {
+                x[first + later] -= group[c * stride + first + later] * value;
+            }
         }
     }
     let next = first + GROUP;
     if next < stride {
-        subtract_products::<S, 1>(simd, &mut x[next..], 0, stride - next, &group[next..], stride, &factors);
+        subtract_products::<S, R>(
+            simd,
+            &mut x[next..],
+            stride,
+            stride - next,
+            &group[next..],
+            stride,
+            &factors,
+        );
     }
 }
 
-/// Divides `C` rows from `first` by their pivots and solves with the transpose of their columns.
+/// Divides `C` rows from `first` by their pivots and solves with the transpose of their columns, in `R` right-hand
+/// sides of `stride` rows.
 #[inline(always)]
-fn backward<S: Simd, const C: usize>(simd: S, block: &[f64], stride: usize, first: usize, x: &mut [f64]) {
+fn backward<S: Simd, const C: usize, const R: usize>(
+    simd: S,
+    block: &[f64],
+    stride: usize,
+    first: usize,
+    x: &mut [f64],
+) {
     let group = &block[first * stride..];
-    let sums: [f64; C] = products(simd, group, stride, first + GROUP, x);
-    for c in (0..C).rev() {
-        let column = &group[c * stride + first..];
-        let mut later = 0.0;
-        for k in c + 1..C {
-            later += column[k] * x[first + k];
+    let sums: [[f64; C]; R] = products(simd, group, stride, first + GROUP, x);
+    for (x, sums) in x.chunks_exact_mut(stride).zip(sums) {
+        for c in (0..C).rev() {
+            let column = &group[c * stride + first..];
+            let mut later = 0.0;
+            for k in c + 1..C {
+                later += column[k] * x[first + k];
+            }
+            x[first + c] = x[first + c] / column[c] - sums[c] - later;
         }
-        x[first + c] = x[first + c] / column[c] - sums[c] - later;
     }
 }

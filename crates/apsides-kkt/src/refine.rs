@@ -5,6 +5,8 @@
 //! classical refinement stalls: Arioli, Duff, Gratton and Pralet, SIAM J. Sci. Comput. 29 (2007) 2024-2044,
 //! doi:10.1137/060661545.
 
+use crate::KktSettings;
+use crate::multifrontal::{MOST_COLUMNS, Multifrontal, first_columns};
 use crate::norms::{maxima, maximum};
 use crate::structure::Structure;
 
@@ -35,7 +37,7 @@ pub(crate) struct System<'a> {
 }
 
 impl<'a> System<'a> {
-    /// A system of rows of size `unit`; the right-hand side is not zero.
+    /// A system of rows of size `unit`.
     pub(crate) fn new(
         structure: &'a Structure,
         values: &'a [f64],
@@ -47,18 +49,24 @@ impl<'a> System<'a> {
         Self { structure, values, rhs, signs, rhs_norm: norms[0].max(norms[1]), norms, unit }
     }
 
-    /// Writes `b - A x` and measures it. The residuals of primal and of dual rows count relative to their own right-hand sides, too, with
-    /// the weight [`OF_A_KIND`]: what is small beside the one kind of rows may be all of the other. A right-hand side counts as large enough
-    /// for a residual of `tolerance` to be more than the rounding of the product `A x`.
+    /// Writes `b - A x` and measures it.
     fn residual(&self, x: &[f64], tolerance: f64, out: &mut [f64]) -> Measure {
         out.copy_from_slice(self.rhs);
-        let size = maximum(x);
-        if size > 0.0 {
-            self.structure.subtract_product(self.values, x, out);
+        self.structure.subtract_product(self.values, [x], [&mut *out]);
+        self.measure(x, tolerance, out)
+    }
+
+    /// Measures the residual of `x`. The residuals of primal and of dual rows count relative to their own right-hand sides, too, with
+    /// the weight [`OF_A_KIND`]: what is small beside the one kind of rows may be all of the other. A right-hand side counts as large enough
+    /// for a residual of `tolerance` to be more than the rounding of the product `A x`.
+    fn measure(&self, x: &[f64], tolerance: f64, residual: &[f64]) -> Measure {
+        if self.rhs_norm == 0.0 {
+            // The solution is zero.
+            return Measure { whole: 0.0, weighed: 0.0, goal: tolerance };
         }
-        let rounding = ROUNDING * self.unit * size;
+        let rounding = ROUNDING * self.unit * maximum(x);
         let least = (OF_A_KIND * rounding / tolerance.max(f64::MIN_POSITIVE)).min(self.rhs_norm);
-        let [primal, dual] = maxima(out, self.signs);
+        let [primal, dual] = maxima(residual, self.signs);
         let relative =
             |residual: f64, norm: f64| if residual == 0.0 { 0.0 } else { residual / norm.max(least) };
         let by_kind = OF_A_KIND * relative(primal, self.norms[0]).max(relative(dual, self.norms[1]));
@@ -97,9 +105,13 @@ pub(crate) struct Outcome {
     pub(crate) solves: usize,
 }
 
-/// Work space of the refinement.
+/// Refinement until the relative residual is at most a tolerance, with its work space.
 pub(crate) struct Refiner {
-    residual: Vec<f64>,
+    tolerance: f64,
+    /// Most solves with a factor.
+    limit: usize,
+    /// Of each right-hand side.
+    residuals: [Vec<f64>; MOST_COLUMNS],
     trial: Vec<f64>,
     trial_residual: Vec<f64>,
     krylov: Krylov,
@@ -120,11 +132,13 @@ struct Krylov {
 }
 
 impl Refiner {
-    /// Work space for systems of `n` rows and `limit` refinements.
-    pub(crate) fn new(n: usize, limit: usize) -> Self {
-        let steps = limit.saturating_sub(1).min(n).min(CYCLE);
+    /// Refinement of solutions of systems of `n` rows.
+    pub(crate) fn new(n: usize, settings: &KktSettings) -> Self {
+        let steps = settings.max_refinements.min(n).min(CYCLE);
         Self {
-            residual: vec![0.0; n],
+            tolerance: settings.residual_tolerance,
+            limit: settings.max_refinements.saturating_add(1),
+            residuals: std::array::from_fn(|_| vec![0.0; n]),
             trial: vec![0.0; n],
             trial_residual: vec![0.0; n],
             krylov: Krylov {
@@ -137,45 +151,84 @@ impl Refiner {
         }
     }
 
-    /// Improves `x` towards the solution until its relative residual is at most `tolerance`, or at rounding level, or
-    /// `limit` solves with the factor are spent. `x` only ever becomes better, and stays finite.
-    pub(crate) fn solve(
+    /// Solves systems with one matrix, each as if it were alone, and improves the solutions until their relative residual is at most the
+    /// tolerance, or at rounding level, or the most solves with the factor are spent. Solutions stay finite.
+    pub(crate) fn solve<const R: usize>(
+        &mut self,
+        systems: [System<'_>; R],
+        factor: &mut Multifrontal,
+        mut x: [&mut [f64]; R],
+    ) -> [Outcome; R] {
+        for (x, system) in x.iter_mut().zip(&systems) {
+            x.copy_from_slice(system.rhs);
+        }
+        let finite = factor.solve_columns(x.each_mut().map(|x| &mut **x));
+        for (x, _) in x.iter_mut().zip(finite).filter(|(_, finite)| !finite) {
+            x.fill(0.0);
+        }
+        let mut residuals: [&mut [f64]; R] = first_columns(&mut self.residuals);
+        for (residual, system) in residuals.iter_mut().zip(&systems) {
+            residual.copy_from_slice(system.rhs);
+        }
+        if let Some(system) = systems.first() {
+            let x = x.each_ref().map(|x| &**x);
+            system.structure.subtract_product(system.values, x, residuals);
+        }
+        std::array::from_fn(|k| {
+            let measure = systems[k].measure(x[k], self.tolerance, &self.residuals[k]);
+            self.improve(k, systems[k], factor, x[k], measure, 1)
+        })
+    }
+
+    /// Improves a solution with another factor, or finds one if there is none yet. `x` only ever becomes better, and stays finite.
+    pub(crate) fn resume(
         &mut self,
         system: System<'_>,
         factor: &mut impl Substitution,
         x: &mut [f64],
-        tolerance: f64,
-        limit: usize,
     ) -> Outcome {
         let mut solves = 0;
-        if limit > 0 && maximum(x) == 0.0 {
-            // Nothing to improve yet: the solution of the factor itself.
+        if maximum(x) == 0.0 {
             x.copy_from_slice(system.rhs);
             solves = 1;
             if !factor.solve(x) {
                 x.fill(0.0);
             }
         }
-        let mut measure = system.residual(x, tolerance, &mut self.residual);
+        let measure = system.residual(x, self.tolerance, &mut self.residuals[0]);
+        self.improve(0, system, factor, x, measure, solves)
+    }
+
+    /// Improves a solution whose residual is number `k`, after so many solves with the factor.
+    fn improve(
+        &mut self,
+        k: usize,
+        system: System<'_>,
+        factor: &mut impl Substitution,
+        x: &mut [f64],
+        mut measure: Measure,
+        mut solves: usize,
+    ) -> Outcome {
+        let (tolerance, limit) = (self.tolerance, self.limit);
+        let residual = &mut self.residuals[k];
         let mut converged = measure.weighed <= measure.goal;
         if measure.whole.is_nan() || measure.whole > 1.0 {
             // Worse than nothing: start from zero.
             x.fill(0.0);
-            measure = system.residual(x, tolerance, &mut self.residual);
+            measure = system.residual(x, tolerance, residual);
         }
         let mut classical = true;
         while !converged && solves < limit {
             let before = measure.weighed;
             // The correction goes to `trial`.
             let solved = if classical {
-                self.trial.copy_from_slice(&self.residual);
+                self.trial.copy_from_slice(residual);
                 solves += 1;
                 factor.solve(&mut self.trial)
             } else {
                 let target = 0.5 * measure.goal * system.rhs_norm;
                 let budget = limit - solves;
-                let spent =
-                    self.krylov.solve(system, factor, &self.residual, &mut self.trial, target, budget);
+                let spent = self.krylov.solve(system, factor, residual, &mut self.trial, target, budget);
                 solves += spent.unwrap_or(budget);
                 spent.is_some()
             };
@@ -186,7 +239,7 @@ impl Refiner {
                 let trial = system.residual(&self.trial, tolerance, &mut self.trial_residual);
                 if trial.weighed < measure.weighed {
                     x.copy_from_slice(&self.trial);
-                    std::mem::swap(&mut self.residual, &mut self.trial_residual);
+                    std::mem::swap(residual, &mut self.trial_residual);
                     measure = trial;
                 }
             } else if classical {
@@ -238,7 +291,7 @@ impl Krylov {
                 return None;
             }
             // Minus the product: the sign is undone below.
-            system.structure.subtract_product(system.values, correction, next);
+            system.structure.subtract_product(system.values, [&*correction], [&mut *next]);
             next.iter_mut().for_each(|w| *w = -*w);
             let column = &mut self.triangle[k * stride..][..k + 2];
             for (h, v) in column.iter_mut().zip(known.chunks_exact(n)) {

@@ -18,7 +18,7 @@ pub(crate) fn equilibrate(
 ) {
     scale.fill(1.0);
     for _ in 0..SWEEPS {
-        structure.scale(values, scaled, scale, largest);
+        structure.measure(values, scale, largest);
         let mut done = true;
         for (s, &size) in scale.iter_mut().zip(&*largest) {
             if size > 0.0 && !(0.25..=4.0).contains(&size) {
@@ -27,7 +27,7 @@ pub(crate) fn equilibrate(
             }
         }
         if done {
-            return;
+            break;
         }
     }
     structure.scale(values, scaled, scale, largest);

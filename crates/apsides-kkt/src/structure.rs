@@ -126,57 +126,80 @@ impl Structure {
         (rows, cols)
     }
 
-    /// `out -= A x` for the symmetric matrix with these values.
-    pub(crate) fn subtract_product(&self, values: &[f64], x: &[f64], out: &mut [f64]) {
-        self.arch.dispatch(SubtractLanes { structure: self, values, x, out: &mut *out });
+    /// `out -= A x` for the symmetric matrix with these values, for each of `R` vectors.
+    pub(crate) fn subtract_product<const R: usize>(
+        &self,
+        values: &[f64],
+        x: [&[f64]; R],
+        mut out: [&mut [f64]; R],
+    ) {
+        self.arch.dispatch(SubtractLanes { structure: self, values, x, out: &mut out });
         let begin = self.begin();
-        self.rest.subtract_product(&values[self.rest_at..], &x[begin..], &mut out[begin..]);
+        for (x, out) in x.into_iter().zip(out) {
+            self.rest.subtract_product(&values[self.rest_at..], &x[begin..], &mut out[begin..]);
+        }
     }
 
     #[inline(always)]
-    fn subtract_lanes(&self, values: &[f64], x: &[f64], out: &mut [f64]) {
+    fn subtract_lanes<const R: usize>(&self, values: &[f64], x: [&[f64]; R], out: &mut [&mut [f64]; R]) {
         let (lanes, _) = values.as_chunks::<LANES>();
         let (inner, outer) = lanes.split_at(self.inner.row.len());
-        let (mut x_outside, mut sums) = ([[0.0; LANES]; MOST_ROWS], [[0.0; LANES]; MOST_ROWS]);
+        let mut x_outside = [[[0.0; LANES]; R]; MOST_ROWS];
+        let mut sums = [[[0.0; LANES]; R]; MOST_ROWS];
         for Outside { columns, rows } in &self.bundles {
             let outside = &self.outer_rows[rows.clone()];
-            for ((x_outside, sum), places) in x_outside.iter_mut().zip(&mut sums).zip(outside) {
-                *x_outside = places.map(|row| x[row as usize]);
-                *sum = [0.0; LANES];
+            for ((x_outside, sums), places) in x_outside.iter_mut().zip(&mut sums).zip(outside) {
+                for k in 0..R {
+                    for lane in 0..LANES {
+                        x_outside[k][lane] = x[k][places[lane] as usize];
+                    }
+                }
+                *sums = [[0.0; LANES]; R];
             }
             for column in columns.clone() {
                 let at = column * LANES;
-                let xj = lanes_of(x, at);
-                let mut sum = [0.0; LANES];
+                let mut xj = [[0.0; LANES]; R];
+                for k in 0..R {
+                    xj[k] = lanes_of(x[k], at);
+                }
+                let mut sum = [[0.0; LANES]; R];
                 for entry in self.inner.column(column) {
                     let (row, a) = (self.inner.row[entry] as usize, inner[entry]);
-                    let xi = lanes_of(x, row);
-                    for lane in 0..LANES {
-                        sum[lane] += a[lane] * xi[lane];
-                    }
-                    if row != at {
-                        let out = &mut out[row..row + LANES];
+                    for k in 0..R {
+                        let xi = lanes_of(x[k], row);
                         for lane in 0..LANES {
-                            out[lane] -= a[lane] * xj[lane];
+                            sum[k][lane] += a[lane] * xi[lane];
+                        }
+                        if row != at {
+                            let out = &mut out[k][row..row + LANES];
+                            for lane in 0..LANES {
+                                out[lane] -= a[lane] * xj[k][lane];
+                            }
                         }
                     }
                 }
                 for entry in self.outer.column(column) {
-                    let (k, a) = (self.outer.row[entry] as usize, outer[entry]);
-                    let (xi, row_sum) = (x_outside[k], &mut sums[k]);
-                    for lane in 0..LANES {
-                        sum[lane] += a[lane] * xi[lane];
-                        row_sum[lane] += a[lane] * xj[lane];
+                    let (row, a) = (self.outer.row[entry] as usize, outer[entry]);
+                    let (xi, row_sums) = (&x_outside[row], &mut sums[row]);
+                    for k in 0..R {
+                        for lane in 0..LANES {
+                            sum[k][lane] += a[lane] * xi[k][lane];
+                            row_sums[k][lane] += a[lane] * xj[k][lane];
+                        }
                     }
                 }
-                let out = &mut out[at..at + LANES];
-                for lane in 0..LANES {
-                    out[lane] -= sum[lane];
+                for k in 0..R {
+                    let out = &mut out[k][at..at + LANES];
+                    for lane in 0..LANES {
+                        out[lane] -= sum[k][lane];
+                    }
                 }
             }
-            for (places, sum) in outside.iter().zip(&sums) {
-                for (&row, sum) in places.iter().zip(sum) {
-                    out[row as usize] -= sum;
+            for (places, sums) in outside.iter().zip(&sums) {
+                for (out, sum) in out.iter_mut().zip(sums) {
+                    for (&row, sum) in places.iter().zip(sum) {
+                        out[row as usize] -= sum;
+                    }
                 }
             }
         }
@@ -184,9 +207,25 @@ impl Structure {
 
     /// Writes `S A S` and the largest magnitude in each of its rows.
     pub(crate) fn scale(&self, values: &[f64], scaled: &mut [f64], scale: &[f64], largest: &mut [f64]) {
+        self.scale_or_measure::<true>(values, scaled, scale, largest);
+    }
+
+    /// The largest magnitude in each row of `S A S`, which is not stored.
+    pub(crate) fn measure(&self, values: &[f64], scale: &[f64], largest: &mut [f64]) {
+        self.scale_or_measure::<false>(values, &mut [], scale, largest);
+    }
+
+    /// `scaled` is written if that is what is asked for, else it is empty.
+    fn scale_or_measure<const STORES: bool>(
+        &self,
+        values: &[f64],
+        scaled: &mut [f64],
+        scale: &[f64],
+        largest: &mut [f64],
+    ) {
         largest.fill(0.0);
         let (scaled_lanes, sizes) = (&mut *scaled, &mut *largest);
-        self.arch.dispatch(ScaleLanes {
+        self.arch.dispatch(ScaleLanes::<STORES> {
             structure: self,
             values,
             scaled: scaled_lanes,
@@ -195,15 +234,16 @@ impl Structure {
         });
         let begin = self.begin();
         let (scale, largest) = (&scale[begin..], &mut largest[begin..]);
-        let (values, scaled) = (&values[self.rest_at..], &mut scaled[self.rest_at..]);
+        let values = &values[self.rest_at..];
+        let scaled = if STORES { &mut scaled[self.rest_at..] } else { scaled };
         for (j, &sj) in scale.iter().enumerate() {
             let mut column_largest = 0.0;
-            let column = self.rest.column(j);
-            let entries = self.rest.row_idx[column.clone()].iter().zip(&values[column.clone()]);
-            for ((&i, &a), scaled) in entries.zip(&mut scaled[column]) {
-                let i = i as usize;
-                let value = a * (scale[i] * sj);
-                *scaled = value;
+            for p in self.rest.column(j) {
+                let i = self.rest.row_idx[p] as usize;
+                let value = values[p] * (scale[i] * sj);
+                if STORES {
+                    scaled[p] = value;
+                }
                 largest[i] = larger(value.abs(), largest[i]);
                 column_largest = larger(value.abs(), column_largest);
             }
@@ -212,16 +252,24 @@ impl Structure {
     }
 
     #[inline(always)]
-    fn scale_lanes(&self, values: &[f64], scaled: &mut [f64], scale: &[f64], largest: &mut [f64]) {
+    fn scale_lanes<const STORES: bool>(
+        &self,
+        values: &[f64],
+        scaled: &mut [f64],
+        scale: &[f64],
+        largest: &mut [f64],
+    ) {
         let (lanes, _) = values.as_chunks::<LANES>();
-        let (inner, outer) = lanes.split_at(self.inner.row.len());
-        let (scaled_lanes, _) = scaled.as_chunks_mut::<LANES>();
-        let (scaled_inner, scaled_outer) = scaled_lanes.split_at_mut(self.inner.row.len());
+        let outer_at = self.inner.row.len();
+        let (inner, outer) = lanes.split_at(outer_at);
+        let (scaled, _) = scaled.as_chunks_mut::<LANES>();
         let (mut scale_outside, mut sizes) = ([[0.0; LANES]; MOST_ROWS], [[0.0; LANES]; MOST_ROWS]);
         for Outside { columns, rows } in &self.bundles {
             let outside = &self.outer_rows[rows.clone()];
             for ((scale_outside, size), places) in scale_outside.iter_mut().zip(&mut sizes).zip(outside) {
-                *scale_outside = places.map(|row| scale[row as usize]);
+                for lane in 0..LANES {
+                    scale_outside[lane] = scale[places[lane] as usize];
+                }
                 *size = [0.0; LANES];
             }
             for column in columns.clone() {
@@ -231,23 +279,23 @@ impl Structure {
                 for entry in self.inner.column(column) {
                     let (row, a) = (self.inner.row[entry] as usize, inner[entry]);
                     let si = lanes_of(scale, row);
-                    let size = &mut largest[row..row + LANES];
-                    let scaled = &mut scaled_inner[entry];
-                    for lane in 0..LANES {
-                        scaled[lane] = a[lane] * (si[lane] * sj[lane]);
-                        column_size[lane] = larger(scaled[lane].abs(), column_size[lane]);
-                        size[lane] = larger(scaled[lane].abs(), size[lane]);
+                    let value = product(a, si, sj);
+                    if STORES {
+                        scaled[entry] = value;
                     }
+                    raise(&mut column_size, value);
+                    let mut size = lanes_of(largest, row);
+                    raise(&mut size, value);
+                    largest[row..row + LANES].copy_from_slice(&size);
                 }
                 for entry in self.outer.column(column) {
                     let (k, a) = (self.outer.row[entry] as usize, outer[entry]);
-                    let (si, size) = (scale_outside[k], &mut sizes[k]);
-                    let scaled = &mut scaled_outer[entry];
-                    for lane in 0..LANES {
-                        scaled[lane] = a[lane] * (si[lane] * sj[lane]);
-                        column_size[lane] = larger(scaled[lane].abs(), column_size[lane]);
-                        size[lane] = larger(scaled[lane].abs(), size[lane]);
+                    let value = product(a, scale_outside[k], sj);
+                    if STORES {
+                        scaled[outer_at + entry] = value;
                     }
+                    raise(&mut column_size, value);
+                    raise(&mut sizes[k], value);
                 }
                 let largest = &mut largest[at..at + LANES];
                 for lane in 0..LANES {
@@ -264,14 +312,14 @@ impl Structure {
 }
 
 /// Compiled for the vectors of the machine; lanes are treated alike by all of them.
-struct SubtractLanes<'a> {
+struct SubtractLanes<'a, 'b, const R: usize> {
     structure: &'a Structure,
     values: &'a [f64],
-    x: &'a [f64],
-    out: &'a mut [f64],
+    x: [&'a [f64]; R],
+    out: &'a mut [&'b mut [f64]; R],
 }
 
-impl WithSimd for SubtractLanes<'_> {
+impl<const R: usize> WithSimd for SubtractLanes<'_, '_, R> {
     type Output = ();
 
     #[inline(always)]
@@ -280,8 +328,8 @@ impl WithSimd for SubtractLanes<'_> {
     }
 }
 
-/// The same for [`Structure::scale`].
-struct ScaleLanes<'a> {
+/// The same for [`Structure::scale`] and [`Structure::measure`].
+struct ScaleLanes<'a, const STORES: bool> {
     structure: &'a Structure,
     values: &'a [f64],
     scaled: &'a mut [f64],
@@ -289,12 +337,12 @@ struct ScaleLanes<'a> {
     largest: &'a mut [f64],
 }
 
-impl WithSimd for ScaleLanes<'_> {
+impl<const STORES: bool> WithSimd for ScaleLanes<'_, STORES> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.structure.scale_lanes(self.values, self.scaled, self.scale, self.largest);
+        self.structure.scale_lanes::<STORES>(self.values, self.scaled, self.scale, self.largest);
     }
 }
 
@@ -304,6 +352,24 @@ fn lanes_of(values: &[f64], at: usize) -> [f64; LANES] {
     let mut lanes = [0.0; LANES];
     lanes.copy_from_slice(&values[at..at + LANES]);
     lanes
+}
+
+/// Entries with the scales of their rows and of their columns.
+#[inline(always)]
+fn product(a: [f64; LANES], si: [f64; LANES], sj: [f64; LANES]) -> [f64; LANES] {
+    let mut product = [0.0; LANES];
+    for lane in 0..LANES {
+        product[lane] = a[lane] * (si[lane] * sj[lane]);
+    }
+    product
+}
+
+/// Raises sizes to the magnitudes of some values.
+#[inline(always)]
+fn raise(sizes: &mut [f64; LANES], values: [f64; LANES]) {
+    for lane in 0..LANES {
+        sizes[lane] = larger(values[lane].abs(), sizes[lane]);
+    }
 }
 
 /// The larger of two numbers that are not NaN: one instruction, where `f64::max` takes several.

@@ -27,50 +27,34 @@ impl Supernodes {
     /// Finds the supernodes of rows in postorder of their elimination forest.
     pub(crate) fn new(couplings: &Couplings, parent: &[u32]) -> Self {
         let n = couplings.len();
-        let first = partition(parent, &column_lengths(couplings, parent));
+        let (first, row_start) = partition(parent, &column_lengths(couplings, parent));
         let count = first.len() - 1;
         let mut of_column = vec![0; n];
         for s in 0..count {
             of_column[first[s] as usize..first[s + 1] as usize].fill(s as u32);
         }
-        let structure = Self { first, row_start: vec![0], rows: Vec::new(), of_column };
-        structure.with_rows(couplings, parent)
+        let rows = vec![0; row_start[count] as usize];
+        let mut structure = Self { first, row_start, rows, of_column };
+        structure.list_rows(couplings, parent);
+        structure
     }
 
-    /// Counts the rows of every supernode, then lists them.
-    fn with_rows(mut self, couplings: &Couplings, parent: &[u32]) -> Self {
-        let count = self.count();
-        let mut below = vec![0u32; count];
-        self.each_row(couplings, parent, |s, _| below[s] += 1);
-        let mut rows = 0;
-        for b in below {
-            rows += b;
-            self.row_start.push(rows);
-        }
+    /// Lists the rows below every supernode: row after row, those of the supernodes that the rows before it lead to in the forest.
+    fn list_rows(&mut self, couplings: &Couplings, parent: &[u32]) {
         let mut next = self.row_start.clone();
-        let mut list = vec![0; rows as usize];
-        self.each_row(couplings, parent, |s, row| {
-            list[next[s] as usize] = row as u32;
-            next[s] += 1;
-        });
-        self.rows = list;
-        self
-    }
-
-    /// Calls `use_row(s, row)` for every row below every supernode, rows ascending.
-    fn each_row(&self, couplings: &Couplings, parent: &[u32], mut use_row: impl FnMut(usize, usize)) {
-        let mut seen = vec![u32::MAX; self.count()];
         for row in 0..couplings.len() {
             for &column in couplings.before(row) {
                 let mut column = column as usize;
                 while column < row {
                     let s = self.of_column[column] as usize;
                     let end = self.first[s + 1] as usize;
-                    if end > row || seen[s] == row as u32 {
+                    let at = next[s];
+                    let listed = at > self.row_start[s] && self.rows[at as usize - 1] == row as u32;
+                    if end > row || listed {
                         break;
                     }
-                    seen[s] = row as u32;
-                    use_row(s, row);
+                    self.rows[at as usize] = row as u32;
+                    next[s] = at + 1;
                     column = parent[end - 1] as usize;
                 }
             }
@@ -189,8 +173,8 @@ impl Run {
     }
 }
 
-/// First columns of the supernodes, and the number of columns.
-fn partition(parent: &[u32], lengths: &[u32]) -> Vec<u32> {
+/// First columns of the supernodes and the number of columns; offsets of the rows below each, and their number.
+fn partition(parent: &[u32], lengths: &[u32]) -> (Vec<u32>, Vec<u32>) {
     let n = parent.len();
     let mut runs: Vec<Run> = Vec::new();
     for column in 0..n {
@@ -210,7 +194,15 @@ fn partition(parent: &[u32], lengths: &[u32]) -> Vec<u32> {
         }
         runs.push(run);
     }
-    runs.iter().map(|run| run.first as u32).chain([n as u32]).collect()
+    let first = runs.iter().map(|run| run.first as u32).chain([n as u32]).collect();
+    let mut row_start = Vec::with_capacity(runs.len() + 1);
+    row_start.push(0);
+    let mut rows = 0;
+    for run in runs {
+        rows += run.below as u32;
+        row_start.push(rows);
+    }
+    (first, row_start)
 }
 
 #[cfg(test)]

@@ -487,11 +487,12 @@ fn counters_count() {
     let mut system = t.analyse(KktSettings::default());
     for _ in 0..3 {
         system.factor(&t.values, 0.0, 0.0).expect("finite");
-        solve(&mut system, &[1.0; 8]);
-        solve(&mut system, &[2.0; 8]);
+        let (mut x, mut y) = ([0.0; 8], [0.0; 8]);
+        system.solve(&[1.0; 8], &mut x).expect("factored");
+        system.solve_columns([&[2.0; 8], &[3.0; 8]], [&mut x, &mut y]).expect("factored");
     }
     let counters = system.counters();
-    assert_eq!((counters.factorisations, counters.solves, counters.fallbacks), (3, 6, 0));
+    assert_eq!((counters.factorisations, counters.solves, counters.fallbacks), (3, 9, 0));
 }
 
 proptest! {

@@ -9,7 +9,7 @@
 
 use apsides_iteration::OptimalityError;
 
-use crate::augmented::AugmentedSystem;
+use crate::augmented::{AugmentedSystem, Newton};
 use crate::engine::Engine;
 use crate::iterate::Point;
 use crate::model::{BarrierModel, Structure};
@@ -296,14 +296,9 @@ impl SolverState {
             *rhs = if *side == Standing::Free { *residual } else { 0.0 };
         }
         let step = &mut self.step;
-        let residual = system.solve(
-            structure,
-            &self.jacobian,
-            &self.work,
-            &self.current.constraints,
-            &mut step.v,
-            &mut step.y,
-        );
+        let newton =
+            Newton { primal: &self.work, dual: &self.current.constraints, dv: &mut step.v, dy: &mut step.y };
+        let [residual] = system.solve(structure, &self.jacobian, [newton]);
         if residual > SINGULAR_RESIDUAL {
             return Err(Miss::Elsewhere);
         }

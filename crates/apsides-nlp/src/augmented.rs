@@ -16,7 +16,7 @@ use crate::error::NlpError;
 use crate::model::{BarrierModel, Structure};
 use crate::scaled::ScaledProblem;
 use crate::settings::NlpSettings;
-use crate::vector::max_abs;
+use crate::vector::{all_finite, max_abs};
 
 /// A residual of this size is rounding of the scaled functions, however small the right-hand side.
 const ROUNDING: f64 = 1e-13;
@@ -29,8 +29,8 @@ pub(crate) struct AugmentedSystem {
     jacobian_at: usize,
     dual_at: usize,
     primal_at: usize,
-    rhs: Vec<f64>,
-    solution: Vec<f64>,
+    rhs: [Vec<f64>; 2],
+    solutions: [Vec<f64>; 2],
     /// `1 / (Sigma_k + dw)` of each unit variable.
     unit_inverse: Vec<f64>,
     row_sum: Vec<f64>,
@@ -38,6 +38,14 @@ pub(crate) struct AugmentedSystem {
     pub(crate) factorisations: usize,
     pub(crate) solves: usize,
     pub(crate) time: Duration,
+}
+
+/// The residuals `rp` and `rd`, and the step that is to take them away.
+pub(crate) struct Newton<'a> {
+    pub(crate) primal: &'a [f64],
+    pub(crate) dual: &'a [f64],
+    pub(crate) dv: &'a mut [f64],
+    pub(crate) dy: &'a mut [f64],
 }
 
 impl AugmentedSystem {
@@ -79,8 +87,8 @@ impl AugmentedSystem {
             jacobian_at,
             dual_at,
             primal_at,
-            rhs: vec![0.0; n + m],
-            solution: vec![0.0; n + m],
+            rhs: std::array::from_fn(|_| vec![0.0; n + m]),
+            solutions: std::array::from_fn(|_| vec![0.0; n + m]),
             // Room for slacks and elastic variables, so that the restoration phase does not allocate here.
             unit_inverse: vec![0.0; structure.units.len() + 2 * m],
             row_sum: vec![0.0; m],
@@ -125,37 +133,43 @@ impl AugmentedSystem {
         inertia.ok()
     }
 
-    /// Solves for `(dv, dy)`; returns the relative residual, infinite if the solve failed.
-    pub(crate) fn solve(
+    /// Finds at most two steps at once; returns the relative residual of each, infinite if the solve failed.
+    pub(crate) fn solve<const R: usize>(
         &mut self,
         structure: &Structure,
         jacobian: &[f64],
-        primal: &[f64],
-        dual: &[f64],
-        dv: &mut [f64],
-        dy: &mut [f64],
-    ) -> f64 {
+        mut steps: [Newton<'_>; R],
+    ) -> [f64; R] {
         let start = Instant::now();
         let n = structure.variables;
-        for (rhs, value) in self.rhs.iter_mut().zip(primal[..n].iter().chain(dual)) {
-            *rhs = -value;
-        }
-        for ((unit, value), inverse) in structure.units.iter().zip(&primal[n..]).zip(&self.unit_inverse) {
-            self.rhs[n + unit.row] += unit.sign * value * inverse;
-        }
-        let quality = self.system.solve(&self.rhs, &mut self.solution);
-        dv[..n].copy_from_slice(&self.solution[..n]);
-        dy.copy_from_slice(&self.solution[n..]);
-        self.recover_units(structure, jacobian, primal, dual, dv, dy);
-        self.solves += 1;
-        self.time += start.elapsed();
-        match quality {
-            Ok(quality) if dv.iter().chain(dy.iter()).all(|value| value.is_finite()) => {
-                let absolute = quality.residual * max_abs(&self.rhs);
-                if absolute <= ROUNDING { 0.0 } else { quality.residual }
+        for (rhs, Newton { primal, dual, .. }) in self.rhs.iter_mut().zip(&steps) {
+            for (rhs, value) in rhs.iter_mut().zip(primal[..n].iter().chain(*dual)) {
+                *rhs = -value;
             }
-            _ => f64::INFINITY,
+            for ((unit, value), inverse) in structure.units.iter().zip(&primal[n..]).zip(&self.unit_inverse) {
+                rhs[n + unit.row] += unit.sign * value * inverse;
+            }
         }
+        let rhs = std::array::from_fn(|k| &self.rhs[k][..]);
+        let mut solutions = self.solutions.iter_mut();
+        let solutions = std::array::from_fn(|_| solutions.next().map_or(&mut [][..], |s| &mut s[..]));
+        let qualities: [f64; R] = match self.system.solve_columns(rhs, solutions) {
+            Ok(qualities) => qualities.map(|quality| quality.residual),
+            Err(_) => [f64::INFINITY; R],
+        };
+        let mut residuals = [f64::INFINITY; R];
+        for (k, step) in steps.iter_mut().enumerate() {
+            step.dv[..n].copy_from_slice(&self.solutions[k][..n]);
+            step.dy.copy_from_slice(&self.solutions[k][n..]);
+            self.recover_units(structure, jacobian, step);
+            if all_finite(step.dv) && all_finite(step.dy) {
+                let absolute = qualities[k] * max_abs(&self.rhs[k]);
+                residuals[k] = if absolute <= ROUNDING { 0.0 } else { qualities[k] };
+            }
+        }
+        self.solves += R;
+        self.time += start.elapsed();
+        residuals
     }
 
     /// The eliminated variables. A slack with a small `Sigma` comes from its constraint, because there its own
@@ -164,17 +178,14 @@ impl AugmentedSystem {
         &mut self,
         structure: &Structure,
         jacobian: &[f64],
-        primal: &[f64],
-        dual: &[f64],
-        dv: &mut [f64],
-        dy: &[f64],
+        Newton { primal, dual, dv, dy }: &mut Newton<'_>,
     ) {
         if structure.units.is_empty() {
             return;
         }
         let (x, units) = dv.split_at_mut(structure.variables);
         let residual = &primal[structure.variables..];
-        for ((sum, dual), dy) in self.row_sum.iter_mut().zip(dual).zip(dy) {
+        for ((sum, dual), dy) in self.row_sum.iter_mut().zip(*dual).zip(&**dy) {
             *sum = dual - self.dual_shift * dy;
         }
         structure.add_product(jacobian, x, &mut self.row_sum);

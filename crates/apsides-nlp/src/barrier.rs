@@ -7,7 +7,7 @@ use crate::model::BarrierModel;
 use crate::quality::QualityFunction;
 use crate::settings::{BarrierOracle, BarrierStrategy, NlpSettings};
 use crate::state::SolverState;
-use crate::vector::dot;
+use crate::vector::{dot, sum};
 
 /// Iterates whose error a free-mode iterate must improve on one of.
 const MEMORY: usize = 4;
@@ -188,8 +188,8 @@ fn for_each_product(
 fn squared_error(state: &SolverState) -> f64 {
     let mean = |values: &[f64]| dot(values, values) / values.len().max(1) as f64;
     let point = &state.current;
-    let lower = state.bounds.lower_set.iter().map(|&i| (point.lower_slack[i] * point.zl[i]).powi(2));
-    let upper = state.bounds.upper_set.iter().map(|&i| (point.upper_slack[i] * point.zu[i]).powi(2));
-    let complementarity = lower.chain(upper).sum::<f64>() / state.bounds.len().max(1) as f64;
+    let lower = sum(&state.bounds.lower_set, |&i| (point.lower_slack[i] * point.zl[i]).powi(2));
+    let upper = sum(&state.bounds.upper_set, |&i| (point.upper_slack[i] * point.zu[i]).powi(2));
+    let complementarity = (lower + upper) / state.bounds.len().max(1) as f64;
     mean(&state.dual_residual) + mean(&point.constraints) + complementarity
 }

@@ -6,7 +6,7 @@
 //! at which it has more is a saddle or a maximum, such as the middle of the bounds where a cost is concave in it. A shift that
 //! corrects the inertia lies just beyond the most negative eigenvalue, so that inverse iterations with it give its direction.
 
-use crate::augmented::AugmentedSystem;
+use crate::augmented::{AugmentedSystem, Newton};
 use crate::engine::Engine;
 use crate::model::{BarrierModel, Structure};
 use crate::scaled::ScaledProblem;
@@ -104,9 +104,13 @@ impl SolverState {
         self.trial.constraints.fill(0.0);
         for _ in 0..ITERATIONS {
             let step = &mut self.corrected;
-            let zero = &self.trial.constraints;
-            let residual =
-                system.solve(structure, &self.jacobian, &self.work, zero, &mut step.v, &mut step.y);
+            let newton = Newton {
+                primal: &self.work,
+                dual: &self.trial.constraints,
+                dv: &mut step.v,
+                dy: &mut step.y,
+            };
+            let [residual] = system.solve(structure, &self.jacobian, [newton]);
             let largest = step.v.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
             if !(residual.is_finite() && largest > 0.0 && largest.is_finite()) {
                 return 0.0;

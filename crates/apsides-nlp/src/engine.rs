@@ -13,7 +13,7 @@ use crate::scaled::ScaledProblem;
 use crate::settings::NlpSettings;
 use crate::state::SolverState;
 use crate::step::Regularisation;
-use crate::vector::{max_abs, max_product};
+use crate::vector::{all_finite, max_abs, max_product};
 
 /// The reason for which [`Engine::run`] returned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,7 +98,7 @@ impl Engine {
             session.restoration_iterations += usize::from(model.is_restoration());
             let state = &mut self.state;
             model.hessian(&state.current.v, &state.current.y, &mut state.hessian, &mut state.diagonal);
-            if state.hessian.iter().any(|value| !value.is_finite()) {
+            if !all_finite(&state.hessian) {
                 return Exit::Finished(Status::EvaluationFailed(Evaluation::Hessian));
             }
             if !self.regularisation.find_direction(state, &mut self.control, model, system) {

@@ -1,7 +1,7 @@
 //! Points, directions and the bounds they respect. All vectors are allocated once.
 
 use crate::model::BarrierModel;
-use crate::vector::{largest, sum_of_logarithms};
+use crate::vector::{LogarithmSum, largest, sum, sum_abs};
 
 /// A primal-dual point with the values that the line search needs there.
 #[derive(Debug, Clone)]
@@ -53,7 +53,7 @@ impl Point {
             return false;
         }
         model.constraints(&self.v, &mut self.constraints);
-        self.violation = self.constraints.iter().map(|c| c.abs()).sum();
+        self.violation = sum_abs(&self.constraints);
         self.violation.is_finite()
     }
 }
@@ -143,14 +143,14 @@ impl Bounds {
 
     /// `-sum ln slack`, plus the damping term.
     pub(crate) fn barrier_term(&self, point: &Point, damping: f64) -> f64 {
-        let lower = self.lower_set.iter().map(|&i| point.lower_slack[i]);
-        let upper = self.upper_set.iter().map(|&i| point.upper_slack[i]);
-        let damped = |set: &[usize], slack: &[f64], sign: f64| -> f64 {
-            set.iter().filter(|&&i| self.single[i] == sign).map(|&i| slack[i]).sum()
-        };
-        let single = damped(&self.lower_set, &point.lower_slack, 1.0)
-            + damped(&self.upper_set, &point.upper_slack, -1.0);
-        damping * single - sum_of_logarithms(lower.chain(upper))
+        let (lower, upper) = (&point.lower_slack, &point.upper_slack);
+        let damped = |i: usize, slack: &[f64], sign| if self.single[i] == sign { slack[i] } else { 0.0 };
+        let single = sum(&self.lower_set, |&i| damped(i, lower, 1.0))
+            + sum(&self.upper_set, |&i| damped(i, upper, -1.0));
+        let mut logarithms = LogarithmSum::new();
+        logarithms.add(&self.lower_set, |&i| lower[i]);
+        logarithms.add(&self.upper_set, |&i| upper[i]);
+        damping * single - logarithms.value()
     }
 
     /// Longest step along `dv` that keeps the fraction `1 - tau` of every slack.
@@ -172,16 +172,16 @@ impl Bounds {
         if self.len() == 0 {
             return 0.0;
         }
-        let lower: f64 = self.lower_set.iter().map(|&i| point.lower_slack[i] * point.zl[i]).sum();
-        let upper: f64 = self.upper_set.iter().map(|&i| point.upper_slack[i] * point.zu[i]).sum();
+        let lower = sum(&self.lower_set, |&i| point.lower_slack[i] * point.zl[i]);
+        let upper = sum(&self.upper_set, |&i| point.upper_slack[i] * point.zu[i]);
         (lower + upper) / self.len() as f64
     }
 
     /// Largest `|slack * multiplier - barrier|`.
     pub(crate) fn complementarity_error(&self, point: &Point, barrier: f64) -> f64 {
-        let lower = self.lower_set.iter().map(|&i| point.lower_slack[i] * point.zl[i] - barrier);
-        let upper = self.upper_set.iter().map(|&i| point.upper_slack[i] * point.zu[i] - barrier);
-        largest(lower).max(largest(upper))
+        let lower = largest(&self.lower_set, |&i| point.lower_slack[i] * point.zl[i] - barrier);
+        let upper = largest(&self.upper_set, |&i| point.upper_slack[i] * point.zu[i] - barrier);
+        lower.max(upper)
     }
 
     /// Keeps the multipliers within a factor of `barrier / slack` (Waechter and Biegler, eq. 16).

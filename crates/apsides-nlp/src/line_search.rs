@@ -6,7 +6,7 @@ use crate::filter::{BARRIER_MARGIN, VIOLATION_MARGIN, at_most};
 use crate::iterate::{Direction, Point};
 use crate::model::BarrierModel;
 use crate::state::SolverState;
-use crate::vector::{dot, max_abs};
+use crate::vector::{all_finite, dot, max_abs, sum, sum_abs};
 
 /// Factor and exponents of the switching condition (eq. 19).
 const SWITCH_FACTOR: f64 = 1.0;
@@ -531,11 +531,11 @@ impl SolverState {
     /// Derivatives at the trial point; false if they are not finite.
     fn differentiate_trial(&mut self, model: &mut impl BarrierModel) -> bool {
         model.gradient(&self.trial.v, &mut self.trial_gradient);
-        if self.trial_gradient.iter().any(|value| !value.is_finite()) {
+        if !all_finite(&self.trial_gradient) {
             return false;
         }
         model.jacobian(&self.trial.v, &mut self.trial_jacobian);
-        self.trial_jacobian.iter().all(|value| value.is_finite())
+        all_finite(&self.trial_jacobian)
     }
 
     fn is_tiny(&self) -> bool {
@@ -559,14 +559,11 @@ impl SolverState {
 
     /// Mean optimality error of the barrier problem.
     fn mean_error(&self) -> f64 {
-        let sum = |values: &[f64]| values.iter().map(|value| value.abs()).sum::<f64>();
         let (point, bounds) = (&self.current, &self.bounds);
-        let lower =
-            bounds.lower_set.iter().map(|&i| (point.lower_slack[i] * point.zl[i] - self.barrier).abs());
-        let upper =
-            bounds.upper_set.iter().map(|&i| (point.upper_slack[i] * point.zu[i] - self.barrier).abs());
+        let lower = sum(&bounds.lower_set, |&i| (point.lower_slack[i] * point.zl[i] - self.barrier).abs());
+        let upper = sum(&bounds.upper_set, |&i| (point.upper_slack[i] * point.zu[i] - self.barrier).abs());
         let equations = self.dual_residual.len() + point.constraints.len();
-        (sum(&self.dual_residual) + sum(&point.constraints)) / equations as f64
-            + lower.chain(upper).sum::<f64>() / bounds.len().max(1) as f64
+        (sum_abs(&self.dual_residual) + sum_abs(&point.constraints)) / equations as f64
+            + (lower + upper) / bounds.len().max(1) as f64
     }
 }

@@ -17,7 +17,7 @@
 
 use apsides_iteration::{ScalingFactors, SolveReport};
 
-use crate::augmented::AugmentedSystem;
+use crate::augmented::{AugmentedSystem, Newton};
 use crate::error::NlpError;
 use crate::model::{BarrierModel, Structure};
 use crate::problem::Nlp;
@@ -425,14 +425,8 @@ impl Sensitivity {
             (&self.lower_ratio, &self.upper_ratio),
             (&mut self.primal, &mut self.dual),
         );
-        let residual = system.solve(
-            &self.structure,
-            &self.jacobian,
-            &self.primal,
-            &self.dual,
-            &mut self.dv,
-            &mut self.dy,
-        );
+        let newton = Newton { primal: &self.primal, dual: &self.dual, dv: &mut self.dv, dy: &mut self.dy };
+        let [residual] = system.solve(&self.structure, &self.jacobian, [newton]);
         if residual > SINGULAR_RESIDUAL {
             return Err(NlpError::NoDerivative {
                 reason: "the optimality conditions are singular in its direction",

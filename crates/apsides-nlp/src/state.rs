@@ -6,7 +6,7 @@ use crate::filter::Filter;
 use crate::iterate::{Bounds, Direction, Point};
 use crate::model::{BarrierModel, Structure};
 use crate::settings::NlpSettings;
-use crate::vector::max_abs;
+use crate::vector::{all_finite, max_abs, sum, sum_abs};
 
 /// Multipliers of this average size leave the errors unscaled (Waechter and Biegler, eq. 6).
 const MULTIPLIER_SIZE: f64 = 100.0;
@@ -92,11 +92,11 @@ impl SolverState {
     /// The function whose derivative is not finite.
     pub(crate) fn differentiate(&mut self, model: &mut impl BarrierModel) -> Result<(), Evaluation> {
         model.gradient(&self.current.v, &mut self.gradient);
-        if self.gradient.iter().any(|value| !value.is_finite()) {
+        if !all_finite(&self.gradient) {
             return Err(Evaluation::Gradient);
         }
         model.jacobian(&self.current.v, &mut self.jacobian);
-        if self.jacobian.iter().any(|value| !value.is_finite()) {
+        if !all_finite(&self.jacobian) {
             return Err(Evaluation::Jacobian);
         }
         self.update_dual_residual(model);
@@ -133,8 +133,8 @@ impl SolverState {
     /// Divisors of dual infeasibility and complementarity.
     pub(crate) fn error_divisors(&self) -> (f64, f64) {
         let point = &self.current;
-        let bounds: f64 = point.zl.iter().chain(&point.zu).sum();
-        let constraints: f64 = point.y.iter().map(|y| y.abs()).sum();
+        let bounds = sum(&point.zl, |z| *z) + sum(&point.zu, |z| *z);
+        let constraints = sum_abs(&point.y);
         let count = self.bounds.len();
         let divisor =
             |sum: f64, terms: usize| (sum / terms.max(1) as f64).max(MULTIPLIER_SIZE) / MULTIPLIER_SIZE;

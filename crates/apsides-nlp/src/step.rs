@@ -1,11 +1,11 @@
 //! The search direction: regularised factorisation and solves (Waechter and Biegler, eq. 11-13 and algorithm IC).
 
-use crate::augmented::AugmentedSystem;
+use crate::augmented::{AugmentedSystem, Newton};
 use crate::barrier::BarrierControl;
 use crate::iterate::{Bounds, Direction, Point};
 use crate::model::{BarrierModel, Structure};
 use crate::state::SolverState;
-use crate::vector::max_abs;
+use crate::vector::{max_abs, sum_abs};
 
 /// Growth of the primal regularisation when nothing is known of its size.
 const FIRST_GROWTH: f64 = 100.0;
@@ -58,11 +58,10 @@ impl Regularisation {
         system.load(Some(&state.hessian), &state.diagonal, &state.jacobian);
         let free = control.enters_free_mode(state, model);
         let first_barrier = if free { 0.0 } else { state.barrier };
-        if !self.factor_and_solve(state, model.structure(), system, first_barrier) {
+        if !self.factor_and_solve(state, model.structure(), system, first_barrier, free) {
             return false;
         }
         if free {
-            state.find_centring(model.structure(), system);
             let barrier = control.choose_barrier(state);
             state.set_barrier(model, barrier);
             add_scaled(&mut state.step, &state.corrected, barrier);
@@ -88,13 +87,14 @@ impl Regularisation {
     }
 
     /// Algorithm IC: the least regularisation for which the system has as many positive eigenvalues as there are
-    /// variables, and is solved accurately.
+    /// variables, and is solved accurately. If `centres`, the centring direction is found, too.
     fn factor_and_solve(
         &mut self,
         state: &mut SolverState,
         structure: &Structure,
         system: &mut AugmentedSystem,
         barrier: f64,
+        centres: bool,
     ) -> bool {
         let (mut primal, mut dual) = (self.presumes(state), 0.0);
         loop {
@@ -102,7 +102,7 @@ impl Regularisation {
             let mut singular = inertia.is_none_or(|inertia| inertia.zero > 0);
             let correct = inertia.is_some_and(|inertia| inertia.negative == structure.constraints);
             if correct && !singular {
-                let residual = state.solve_for_barrier(structure, system, barrier);
+                let residual = state.solve_for_barrier(structure, system, barrier, centres);
                 if residual <= SINGULAR_RESIDUAL {
                     break;
                 }
@@ -141,17 +141,19 @@ impl SolverState {
     /// Returns true if the step reduces the linearised constraints. With dual regularisation it leaves `dual_shift * dy` of
     /// them, which is all where a Jacobian row vanishes: many such steps lead nowhere.
     fn reduces_violation(&self, dual_shift: f64) -> bool {
-        let left: f64 = dual_shift * self.step.y.iter().map(|y| y.abs()).sum::<f64>();
+        let left = dual_shift * sum_abs(&self.step.y);
         left <= LINEARISED_REDUCTION * self.current.violation
             || self.errors.scaled.primal_infeasibility <= self.settings.tolerance
     }
 
-    /// The direction of the barrier problem with parameter `barrier`, into `step`.
+    /// The direction of the barrier problem with parameter `barrier`, into `step`; its derivative with respect to the barrier parameter, too,
+    /// into `corrected`, if `centres`. Returns the relative residual of the first.
     fn solve_for_barrier(
         &mut self,
         structure: &Structure,
         system: &mut AugmentedSystem,
         barrier: f64,
+        centres: bool,
     ) -> f64 {
         let (point, rhs) = (&self.current, &mut self.work);
         let damping = barrier * self.settings.damping;
@@ -160,30 +162,46 @@ impl SolverState {
                 + barrier / point.upper_slack[i]
                 + damping * self.bounds.single[i];
         }
-        let step = &mut self.step;
-        let residual =
-            system.solve(structure, &self.jacobian, rhs, &point.constraints, &mut step.v, &mut step.y);
+        if centres {
+            self.prepare_centring();
+        }
+        let (point, step, course) = (&self.current, &mut self.step, &mut self.corrected);
+        let newton =
+            Newton { primal: &self.work, dual: &point.constraints, dv: &mut step.v, dy: &mut step.y };
+        let residual = if centres {
+            let dual = &self.trial.constraints;
+            let centring =
+                Newton { primal: &self.barrier_gradient, dual, dv: &mut course.v, dy: &mut course.y };
+            let [residual, _] = system.solve(structure, &self.jacobian, [newton, centring]);
+            complete_centring(&self.bounds, point, course);
+            residual
+        } else {
+            let [residual] = system.solve(structure, &self.jacobian, [newton]);
+            residual
+        };
         complete_bound_multipliers(&self.bounds, point, step, barrier);
         residual
     }
 
     /// Derivative of the direction with respect to the barrier parameter, into `corrected`.
     pub(crate) fn find_centring(&mut self, structure: &Structure, system: &mut AugmentedSystem) {
-        let (point, rhs) = (&self.current, &mut self.work);
-        for (i, rhs) in rhs.iter_mut().enumerate() {
+        self.prepare_centring();
+        let course = &mut self.corrected;
+        let dual = &self.trial.constraints;
+        let centring = Newton { primal: &self.barrier_gradient, dual, dv: &mut course.v, dy: &mut course.y };
+        system.solve(structure, &self.jacobian, [centring]);
+        complete_centring(&self.bounds, &self.current, course);
+    }
+
+    /// The residuals of the centring direction. The barrier gradient and the trial's constraints are free to hold them until the direction
+    /// is found.
+    fn prepare_centring(&mut self) {
+        let point = &self.current;
+        for (i, rhs) in self.barrier_gradient.iter_mut().enumerate() {
             *rhs = 1.0 / point.upper_slack[i] - 1.0 / point.lower_slack[i]
                 + self.settings.damping * self.bounds.single[i];
         }
-        let step = &mut self.corrected;
-        // The dual right-hand side is zero; the trial's constraints are free to hold it here.
         self.trial.constraints.fill(0.0);
-        system.solve(structure, &self.jacobian, rhs, &self.trial.constraints, &mut step.v, &mut step.y);
-        for &i in &self.bounds.lower_set {
-            step.zl[i] = (1.0 - point.zl[i] * step.v[i]) / point.lower_slack[i];
-        }
-        for &i in &self.bounds.upper_set {
-            step.zu[i] = (1.0 + point.zu[i] * step.v[i]) / point.upper_slack[i];
-        }
     }
 
     /// The direction of a second-order correction, into `corrected`: with the given constraints instead of those of
@@ -200,7 +218,8 @@ impl SolverState {
                 - point.zu[i];
         }
         let step = &mut self.corrected;
-        let residual = system.solve(structure, &self.jacobian, rhs, constraints, &mut step.v, &mut step.y);
+        let newton = Newton { primal: rhs, dual: constraints, dv: &mut step.v, dy: &mut step.y };
+        let [residual] = system.solve(structure, &self.jacobian, [newton]);
         complete_bound_multipliers(&self.bounds, point, step, self.barrier);
         residual <= SINGULAR_RESIDUAL
     }
@@ -231,7 +250,9 @@ impl SolverState {
         let step = &mut self.step;
         let residual = if factored {
             let zero = &self.trial.constraints;
-            system.solve(structure, &self.jacobian, &self.work, zero, &mut step.v, &mut step.y)
+            let newton = Newton { primal: &self.work, dual: zero, dv: &mut step.v, dy: &mut step.y };
+            let [residual] = system.solve(structure, &self.jacobian, [newton]);
+            residual
         } else {
             f64::INFINITY
         };
@@ -249,6 +270,16 @@ pub(crate) fn complete_bound_multipliers(bounds: &Bounds, point: &Point, step: &
     }
     for &i in &bounds.upper_set {
         step.zu[i] = (barrier + point.zu[i] * step.v[i]) / point.upper_slack[i] - point.zu[i];
+    }
+}
+
+/// The same of the derivative with respect to the barrier parameter.
+fn complete_centring(bounds: &Bounds, point: &Point, course: &mut Direction) {
+    for &i in &bounds.lower_set {
+        course.zl[i] = (1.0 - point.zl[i] * course.v[i]) / point.lower_slack[i];
+    }
+    for &i in &bounds.upper_set {
+        course.zu[i] = (1.0 + point.zu[i] * course.v[i]) / point.upper_slack[i];
     }
 }
 

@@ -3,46 +3,126 @@
 /// Accumulators that do not wait for each other.
 const LANES: usize = 4;
 
-/// Largest absolute value; zero if there is none.
-pub(crate) fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+/// Largest absolute value of some items; zero if there are none. It passes over what is not a number.
+pub(crate) fn largest<T>(items: &[T], value: impl Fn(&T) -> f64) -> f64 {
     let mut lanes = [0.0; LANES];
-    for (k, value) in values.into_iter().enumerate() {
-        // One instruction, where `f64::max` takes several; it passes over what is not a number, too.
-        let lane = &mut lanes[k % LANES];
-        *lane = if value.abs() > *lane { value.abs() } else { *lane };
+    let raise = |lane: &mut f64, item: &T| {
+        // One instruction, where `f64::max` takes several.
+        let size = value(item).abs();
+        *lane = if size > *lane { size } else { *lane };
+    };
+    let (chunks, rest) = items.as_chunks::<LANES>();
+    for chunk in chunks {
+        for k in 0..LANES {
+            raise(&mut lanes[k], &chunk[k]);
+        }
+    }
+    for (lane, item) in lanes.iter_mut().zip(rest) {
+        raise(lane, item);
     }
     lanes.into_iter().fold(0.0, f64::max)
 }
 
+/// Sum of the values of some items.
+pub(crate) fn sum<T>(items: &[T], value: impl Fn(&T) -> f64) -> f64 {
+    let mut lanes = [0.0; LANES];
+    let (chunks, rest) = items.as_chunks::<LANES>();
+    for chunk in chunks {
+        for k in 0..LANES {
+            lanes[k] += value(&chunk[k]);
+        }
+    }
+    for (lane, item) in lanes.iter_mut().zip(rest) {
+        *lane += value(item);
+    }
+    total(lanes)
+}
+
+/// Says whether all values are finite, without a branch for each.
+pub(crate) fn all_finite(values: &[f64]) -> bool {
+    values.chunks(256).all(|values| values.iter().fold(true, |all, value| all & value.is_finite()))
+}
+
 /// Largest absolute entry; zero for an empty vector.
 pub(crate) fn max_abs(values: &[f64]) -> f64 {
-    largest(values.iter().copied())
+    largest(values, |value| *value)
+}
+
+/// Sum of the absolute entries.
+pub(crate) fn sum_abs(values: &[f64]) -> f64 {
+    sum(values, |value| value.abs())
 }
 
 /// Largest absolute product of an entry with its factor.
 pub(crate) fn max_product(values: &[f64], factors: &[f64]) -> f64 {
-    largest(values.iter().zip(factors).map(|(value, factor)| value * factor))
-}
-
-/// Sum of the natural logarithms of positive numbers between 1e-200 and 1e200: of their products, as far as they are in range.
-pub(crate) fn sum_of_logarithms(values: impl IntoIterator<Item = f64>) -> f64 {
-    const RANGE: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
-    let mut products = [1.0; LANES];
-    let mut sum = 0.0;
-    for (k, value) in values.into_iter().enumerate() {
-        let product = &mut products[k % LANES];
-        *product *= value;
-        if !RANGE.contains(product) {
-            sum += product.ln();
-            *product = 1.0;
+    let mut lanes = [0.0; LANES];
+    let (value_chunks, value_rest) = values.as_chunks::<LANES>();
+    let (factor_chunks, factor_rest) = factors.as_chunks::<LANES>();
+    let raise = |lane: &mut f64, value: f64, factor: f64| {
+        let size = (value * factor).abs();
+        *lane = if size > *lane { size } else { *lane };
+    };
+    for (values, factors) in value_chunks.iter().zip(factor_chunks) {
+        for k in 0..LANES {
+            raise(&mut lanes[k], values[k], factors[k]);
         }
     }
-    sum + products.into_iter().map(f64::ln).sum::<f64>()
+    for (lane, (value, factor)) in lanes.iter_mut().zip(value_rest.iter().zip(factor_rest)) {
+        raise(lane, *value, *factor);
+    }
+    lanes.into_iter().fold(0.0, f64::max)
 }
 
-/// Inner product.
+/// Inner product of vectors of one length.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let mut lanes = [0.0; LANES];
+    let (a_chunks, a_rest) = a.as_chunks::<LANES>();
+    let (b_chunks, b_rest) = b.as_chunks::<LANES>();
+    for (a, b) in a_chunks.iter().zip(b_chunks) {
+        for k in 0..LANES {
+            lanes[k] += a[k] * b[k];
+        }
+    }
+    for (lane, (a, b)) in lanes.iter_mut().zip(a_rest.iter().zip(b_rest)) {
+        *lane += a * b;
+    }
+    total(lanes)
+}
+
+fn total([a, b, c, d]: [f64; LANES]) -> f64 {
+    (a + b) + (c + d)
+}
+
+/// A sum of natural logarithms of positive numbers between 1e-200 and 1e200, taken of products as far as those are in range.
+pub(crate) struct LogarithmSum {
+    products: [f64; LANES],
+    sum: f64,
+}
+
+impl LogarithmSum {
+    /// The sum of nothing.
+    pub(crate) fn new() -> Self {
+        Self { products: [1.0; LANES], sum: 0.0 }
+    }
+
+    /// Adds the logarithms of the values of some items.
+    pub(crate) fn add<T>(&mut self, items: &[T], value: impl Fn(&T) -> f64) {
+        const RANGE: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
+        for chunk in items.chunks(LANES) {
+            for (product, item) in self.products.iter_mut().zip(chunk) {
+                *product *= value(item);
+            }
+            if !self.products.iter().all(|product| RANGE.contains(product)) {
+                self.sum = self.value();
+                self.products = [1.0; LANES];
+            }
+        }
+    }
+
+    /// The sum so far.
+    pub(crate) fn value(&self) -> f64 {
+        self.sum + total(self.products.map(f64::ln))
+    }
 }
 
 #[cfg(test)]
@@ -52,20 +132,38 @@ mod tests {
     /// Round-off of a sum of some hundred terms.
     const ROUNDING: f64 = 1e-13;
 
+    fn sum_of_logarithms(values: &[f64]) -> f64 {
+        let mut sum = LogarithmSum::new();
+        sum.add(values, |value| *value);
+        sum.value()
+    }
+
     #[test]
     fn logarithms_are_summed_beyond_the_range_of_the_products() {
-        let values = || (0..999).map(|k| 10.0_f64.powi(k % 41 - 30) * (1.0 + f64::from(k)));
-        let expected: f64 = values().map(f64::ln).sum();
-        assert!((sum_of_logarithms(values()) / expected - 1.0).abs() < ROUNDING);
-        assert_eq!(sum_of_logarithms([]), 0.0);
-        assert_eq!(sum_of_logarithms([2.0, 0.0]), f64::NEG_INFINITY);
-        assert!(sum_of_logarithms([1.0, f64::NAN]).is_nan());
+        let values: Vec<f64> = (0..999).map(|k| 10.0_f64.powi(k % 41 - 30) * (1.0 + f64::from(k))).collect();
+        let expected: f64 = values.iter().map(|value| value.ln()).sum();
+        assert!((sum_of_logarithms(&values) / expected - 1.0).abs() < ROUNDING);
+        assert_eq!(sum_of_logarithms(&[]), 0.0);
+        assert_eq!(sum_of_logarithms(&[2.0, 0.0]), f64::NEG_INFINITY);
+        assert!(sum_of_logarithms(&[1.0, f64::NAN]).is_nan());
+    }
+
+    #[test]
+    fn sums_and_products_of_all_lengths() {
+        for length in 0..10_u8 {
+            let a: Vec<f64> = (0..length).map(|k| f64::from(k) - 4.0).collect();
+            let b: Vec<f64> = a.iter().map(|a| 2.0 * a + 1.0).collect();
+            // Whole numbers are summed without rounding.
+            assert_eq!(dot(&a, &b), a.iter().zip(&b).map(|(a, b)| a * b).sum());
+            assert_eq!(sum_abs(&a), a.iter().map(|a| a.abs()).sum());
+            assert_eq!(max_abs(&a), a.iter().fold(0.0, |m, a| a.abs().max(m)));
+            assert_eq!(max_product(&a, &b), a.iter().zip(&b).fold(0.0, |m, (a, b)| (a * b).abs().max(m)));
+        }
     }
 
     #[test]
     fn the_largest_magnitude_passes_over_what_is_not_a_number() {
         assert_eq!(max_abs(&[1.0, -3.0, f64::NAN, 2.0, 0.5]), 3.0);
-        assert_eq!(max_abs(&[]), 0.0);
-        assert_eq!(max_product(&[1.0, -3.0], &[5.0, 2.0]), 6.0);
+        assert_eq!(max_product(&[1.0, -3.0, f64::NAN], &[5.0, 2.0, 1.0]), 6.0);
     }
 }

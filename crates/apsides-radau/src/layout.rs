@@ -13,13 +13,11 @@ use apsides_ocp::{ArcKind, Break, Mesh, Ocp, Phase, PhaseMesh, TouchPoint};
 use apsides_transcription::{Layout, PhaseEnds, Places};
 
 use crate::RadauError;
+use crate::elimination;
 use crate::junction::{
     Junction, RateRow, free_at_start, implied_at_start, implied_rates, junctions, rate_rows as rate_rows_of,
     rate_rows_at_end,
 };
-
-/// Stages of the elimination order that an interval has inside, and as many at its first point.
-pub(crate) const STAGES: u32 = 3;
 
 /// One collocation point.
 pub(crate) struct Node {
@@ -82,7 +80,7 @@ pub struct CollocationPhase {
     pub(crate) implied_rates: Vec<(usize, Vec<(usize, f64)>)>,
     /// Path rows without controls whose multiplier may be an impulse at the first node: the initial states do not imply them.
     pub(crate) rows_at_start: Vec<usize>,
-    /// The first of [`STAGES`] stages of the first interval in the elimination order.
+    /// The first stage of the phase in the elimination order.
     pub(crate) first_stage: u32,
 }
 
@@ -231,7 +229,7 @@ impl CollocationPhase {
             implied_rates: implied_rates(phase, &implied_rows),
             rows_at_start: free_at_start(phase, &implied_rows),
             implied_rows,
-            first_stage: places.take_stages(STAGES * (2 * mesh.intervals() as u32 + 1)),
+            first_stage: places.take_stages(elimination::stages(mesh.intervals())),
             mesh,
         })
     }

@@ -6,7 +6,8 @@ use apsides_ocp::{Phase, PhaseGuess, PhaseScaling, PhaseTrajectory, RowOrigin};
 use apsides_transcription::{ConstantEntry, Limits, PhaseEnds, PhaseLayout, PhaseStart, phase_row};
 
 use crate::bounds;
-use crate::layout::{CollocationPhase, STAGES};
+use crate::elimination;
+use crate::layout::CollocationPhase;
 
 impl PhaseLayout for CollocationPhase {
     fn ends(&self) -> &PhaseEnds {
@@ -159,30 +160,8 @@ impl PhaseLayout for CollocationPhase {
         }
     }
 
-    /// The points of an interval but the first: controls, states, rows; then interval by interval the first points. What an interval has
-    /// inside is eliminated independently of the other intervals, and alike in all that have as many points.
     fn set_stages(&self, stages: &mut Stages) {
-        let Stages { variables, constraints } = stages;
-        let between = self.first_stage + STAGES * self.mesh.intervals() as u32;
-        let stage_of = |interval: usize, local: usize| {
-            (if local == 0 { between } else { self.first_stage }) + STAGES * interval as u32
-        };
-        for node in 0..=self.nodes.len() {
-            let (interval, local) =
-                self.nodes.get(node).map_or((self.mesh.intervals(), 0), |n| (n.interval, n.local));
-            let stage = stage_of(interval, local);
-            variables[self.state_column(node)..][..self.states].fill(stage + 1);
-            if node < self.nodes.len() {
-                variables[self.control_column(node)..][..self.controls].fill(stage);
-                constraints[self.defect_row(node)..][..self.rows_per_node].fill(stage + 2);
-            }
-        }
-        for &(row, interval, _) in &self.degree_rows {
-            constraints[row] = stage_of(interval, 0) + 2;
-        }
-        for rate in &self.rate_rows {
-            constraints[rate.at] = stage_of(rate.interval, 0) + 2;
-        }
+        elimination::set_stages(self, stages);
     }
 }
 

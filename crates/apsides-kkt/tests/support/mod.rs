@@ -98,8 +98,15 @@ pub(crate) fn assert_close(x: &[f64], y: &[f64], tolerance: f64) {
     }
 }
 
+/// Solves alone, and beside another right-hand side: the bits are the same.
 pub(crate) fn solve(system: &mut KktSystem, b: &[f64]) -> (Vec<f64>, SolveQuality) {
     let mut x = vec![f64::NAN; b.len()];
+    let other: Vec<f64> = b.iter().rev().map(|b| b.cos()).collect();
+    let (mut beside, mut x_other) = (x.clone(), x.clone());
+    let both = system.solve_columns([&other, b], [&mut x_other, &mut beside]).expect("factored");
     let quality = system.solve(b, &mut x).expect("factored");
+    assert_eq!((&x, quality), (&beside, both[1]));
+    let quality_of_other = system.solve(&other, &mut beside).expect("factored");
+    assert_eq!((&x_other, both[0]), (&beside, quality_of_other));
     (x, quality)
 }
