@@ -2,29 +2,31 @@
 //!
 //! The coefficients of order `k` of all values of the formula follow from those of lower orders by recurrences, and
 //! `x[k + 1] = f[k] / (k + 1)`: order `n` takes `O(n^2)` operations and no derivative is written down. Products
-//! of coefficients are taken eight at a time, with the vector instructions of the machine and no fused multiplication and addition, so that
+//! of coefficients are taken four at a time, with the vector instructions of the machine and no fused multiplication and addition, so that
 //! results do not depend on it.
 //!
 //! R. E. Moore, *Interval Analysis*, Prentice-Hall 1966, section 11; A. Jorba, M. Zou, A software package for the numerical integration of
 //! ODEs by means of high-order Taylor methods, Exp. Math. 14 (2005) 99, doi 10.1080/10586458.2005.10128904.
 
-mod convolutions;
-mod lanes;
+mod history;
 mod lowering;
+mod places;
 mod rules;
 mod schedule;
+mod substitution;
 
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::formula::{Formula, Operation};
 use crate::table::Table;
-use convolutions::Convolution;
 use lowering::{Lowered, Rule};
+use places::{Places, SMALL};
 use schedule::Group;
 use std::sync::Arc;
+use substitution::Substitution;
 
 /// Highest order; double precision needs 20.
-const HIGHEST_ORDER: usize = convolutions::ROOM - 4;
+const HIGHEST_ORDER: usize = 28;
 
 /// States that are summed at once.
 const LANES: usize = 4;
@@ -83,18 +85,18 @@ pub struct TaylorSeries {
     states: usize,
     parameters: usize,
     order: usize,
-    /// Number of values, the length of a row of coefficients.
-    values: usize,
     /// Values that are the same all along the solution, with their operations.
     fixed: Vec<(usize, Operation)>,
     tables: Vec<Arc<Table>>,
     groups: Vec<Group>,
-    convolutions: Vec<Convolution>,
-    /// Sums of the convolutions at an order.
-    sums: Vec<f64>,
+    substitution: Substitution,
     outputs: Vec<usize>,
-    /// Coefficients of all values, a row for each order.
+    /// Values of one order and of the order before, and what they are made of.
+    values: [Vec<f64>; 2],
+    /// Coefficients of the states, a row for each order.
     rows: Vec<f64>,
+    /// Length of a row of them.
+    stride: usize,
     /// `1 / k`.
     reciprocals: Vec<f64>,
 }
@@ -113,26 +115,26 @@ impl TaylorSeries {
             return Err(TaylorError::Order { order });
         }
         let lowered = Lowered::new(formula, states)?;
-        // By four, so that states are summed in lanes.
-        let values = lowered.rules.len().next_multiple_of(LANES);
         let fixed = lowered.rules.iter().enumerate().filter_map(|(v, rule)| match rule {
             Rule::Fixed(operation) => Some((v, *operation)),
             _ => None,
         });
-        let mut groups = schedule::groups(&lowered);
-        let convolutions = schedule::convolutions(&mut groups);
+        let groups = schedule::groups(&lowered);
+        let substitution = Substitution::new(&groups, &lowered.moves, &lowered.outputs);
+        // By four, so that states are summed in lanes.
+        let stride = states.next_multiple_of(LANES);
         Ok(Self {
             states,
             parameters: inputs - states - 1,
             order,
-            values,
             fixed: fixed.collect(),
             tables: formula.tables().to_vec(),
-            sums: vec![0.0; convolutions.len()],
-            convolutions,
             groups,
-            outputs: lowered.outputs.clone(),
-            rows: vec![0.0; values * (order + 1)],
+            outputs: lowered.outputs,
+            values: std::array::from_fn(|_| vec![0.0; substitution.places().max(SMALL)]),
+            substitution,
+            rows: vec![0.0; stride * (order + 1)],
+            stride,
             reciprocals: (0..=order).map(|k| 1.0 / k as f64).collect(),
         })
     }
@@ -162,7 +164,7 @@ impl TaylorSeries {
     #[must_use]
     pub fn coefficients(&self, order: usize) -> &[f64] {
         assert!(order <= self.order, "order {order} is above {}", self.order);
-        &self.rows[order * self.values..order * self.values + self.states]
+        &self.rows[order * self.stride..order * self.stride + self.states]
     }
 
     /// Expands the solution through the states `x` at the time `t`. Outside the domain of the formula coefficients are not finite.
@@ -172,7 +174,7 @@ impl TaylorSeries {
     pub fn expand(&mut self, t: f64, x: &[f64], parameters: &[f64]) {
         assert_eq!((x.len(), parameters.len()), (self.states, self.parameters), "one number for each input");
         self.start(t, x, parameters);
-        Arch::new().dispatch(Recursion(self));
+        Arch::new().dispatch(Orders(self));
     }
 
     /// Writes the sum of the series at a distance `h` from the start of the expansion to `x`, of length [`states`](Self::states).
@@ -181,95 +183,101 @@ impl TaylorSeries {
     /// When `x` has another length.
     pub fn evaluate(&self, h: f64, x: &mut [f64]) {
         assert_eq!(x.len(), self.states, "one number for each state");
-        let mut powers = [1.0; HIGHEST_ORDER + 1];
-        powers[1] = h;
-        // Of halves: less rounding, and none waits for all before it.
-        for k in 2..=self.order {
-            powers[k] = powers[k / 2] * powers[k.div_ceil(2)];
-        }
-        Arch::new().dispatch(Summation { series: self, powers: &powers[..=self.order], x });
+        Arch::new().dispatch(Summation { series: self, h, x });
     }
 
-    /// The values of order zero that are known, and all fixed ones.
+    /// Everything of order zero, and the states of order one.
     fn start(&mut self, t: f64, x: &[f64], parameters: &[f64]) {
-        let (n, m) = (self.states, self.parameters);
-        let (row, later) = self.rows.split_at_mut(self.values);
+        let (n, m, [row, later]) = (self.states, self.parameters, &mut self.values);
         row[..n].copy_from_slice(x);
         row[n..n + m].copy_from_slice(parameters);
         row[n + m] = t;
-        // Fixed values, also of the last expansion, are zero from order one on: nothing writes there.
-        later[n + m] = 1.0;
         for &(v, operation) in &self.fixed {
             row[v] = operation.apply(|k| row[k], &self.tables);
         }
-        for group in &mut self.groups {
-            match group {
-                Group::Sums(sums) => {
-                    sums.weigh(row);
-                    sums.advance(0, row);
-                }
-                Group::Rules(kind, _, items) => kind.begin(items, row),
-                Group::Lanes(lanes) => lanes.begin(row),
-            }
-        }
-        for group in &mut self.groups {
-            match group {
-                Group::Sums(_) => {}
-                Group::Rules(kind, _, items) => kind.take(items, row),
-                Group::Lanes(lanes) => lanes.take(row),
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn advance<S: Simd>(&mut self, simd: S) {
-        let Self { order, values, groups, convolutions, sums, outputs, rows, reciprocals, .. } = self;
-        let (zeroth, later) = rows.split_at_mut(*values);
-        scale(later, zeroth, outputs, 1.0);
-        for k in 1..*order {
-            let (earlier, row) = rows.split_at_mut(k * *values);
-            let before = &earlier[(k - 1) * *values..];
-            let (row, next) = row.split_at_mut(*values);
-            convolutions::advance(convolutions, simd, k, before, sums);
-            for group in &mut *groups {
-                match group {
-                    Group::Sums(sums) => sums.advance(k, row),
-                    Group::Rules(kind, from, items) => {
-                        kind.advance(items, &sums[*from..], k as f64, reciprocals[k], row);
-                    }
-                    Group::Lanes(lanes) => lanes.advance(k, reciprocals[k], before, row),
-                }
-            }
-            scale(next, row, outputs, reciprocals[k + 1]);
-        }
+        self.groups.iter().for_each(|group| group.begin(row));
+        self.substitution.take(row);
+        let (zeroth, first) = self.rows.split_at_mut(self.stride);
+        zeroth[..n].copy_from_slice(x);
+        first.iter_mut().zip(&self.outputs).for_each(|(x, &v)| *x = row[v]);
+        // Fixed values are zero from order one on, and sums of products at order one.
+        later[..n].copy_from_slice(&first[..n]);
+        later[n + m] = 1.0;
+        later[self.substitution.sums()..self.substitution.places()].fill(0.0);
+        row[n..n + m].fill(0.0);
+        row[n + m] = 0.0;
+        self.fixed.iter().for_each(|&(v, _)| row[v] = 0.0);
     }
 }
 
-/// Coefficients of the states of the next order, those of their rates by that order.
-#[inline(always)]
-fn scale(next: &mut [f64], row: &[f64], outputs: &[usize], by: f64) {
-    for (next, &v) in next.iter_mut().zip(outputs) {
-        *next = row[v] * by;
+/// The orders above zero of an expansion.
+struct Recursion<'a> {
+    substitution: &'a mut Substitution,
+    rows: &'a mut [f64],
+    stride: usize,
+    time: u32,
+    reciprocals: &'a [f64],
+}
+
+impl Recursion<'_> {
+    #[inline(always)]
+    fn advance<R: Places + ?Sized>(self, values: [&mut R; 2]) {
+        let Self { substitution, rows, stride, time, reciprocals } = self;
+        let [mut before, mut row] = values;
+        for (k, by) in reciprocals.windows(2).enumerate().skip(1) {
+            substitution.sum(k, by[0], before, row);
+            if k == 2 {
+                before.put(time, 0.0);
+            }
+            substitution.substitute(by[1], row, before);
+            // Those of the next order are not read back at once, which would wait until they are written.
+            row.copy_to(&mut rows[k * stride..(k + 1) * stride]);
+            std::mem::swap(&mut before, &mut row);
+        }
+        row.copy_to(&mut rows[(reciprocals.len() - 1) * stride..][..stride]);
     }
 }
 
 /// An expansion with the vector instructions of the machine.
-struct Recursion<'a>(&'a mut TaylorSeries);
+struct Orders<'a>(&'a mut TaylorSeries);
 
-impl WithSimd for Recursion<'_> {
+impl WithSimd for Orders<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        self.0.advance(simd);
+    fn with_simd<S: Simd>(self, _: S) {
+        let TaylorSeries { states, parameters, substitution, values, rows, stride, reciprocals, .. } = self.0;
+        let (stride, time) = (*stride, (*states + *parameters) as u32);
+        let recursion = Recursion { substitution, rows, stride, time, reciprocals };
+        let [before, row] = values;
+        match (before.as_mut_slice().try_into(), row.as_mut_slice().try_into()) {
+            (Ok(before), Ok(row)) => recursion.advance::<[f64; SMALL]>([before, row]),
+            _ => recursion.advance([before.as_mut_slice(), row.as_mut_slice()]),
+        }
     }
+}
+
+/// Powers of a number from the first on, four by four. Those of halves make those above them: less rounding, and none waits for all
+/// before it.
+#[inline(always)]
+fn powers(h: f64) -> [[f64; LANES]; HIGHEST_ORDER / LANES] {
+    let square = h * h;
+    let mut by = square * square;
+    let mut powers = [[h, square, square * h, by]; HIGHEST_ORDER / LANES];
+    for half in [1, 2, 4] {
+        for k in half..(2 * half).min(powers.len()) {
+            powers[k] = powers[k - half].map(|power| power * by);
+        }
+        by *= by;
+    }
+    powers
 }
 
 /// A sum of the series of all states: the small terms first, the first three in twice the precision, so that the rounding of long steps
 /// is that of the sum.
 struct Summation<'a> {
     series: &'a TaylorSeries,
-    powers: &'a [f64],
+    h: f64,
     x: &'a mut [f64],
 }
 
@@ -278,22 +286,31 @@ impl WithSimd for Summation<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let TaylorSeries { rows, values, .. } = self.series;
+        let TaylorSeries { rows, stride, .. } = self.series;
+        let (h, order, powers) = (self.h, self.series.order.min(HIGHEST_ORDER), powers(self.h));
+        let powers = powers.as_flattened();
+        let power = |k: usize| powers[k - 1];
         for (lanes, x) in self.x.chunks_mut(LANES).enumerate() {
             let row = |k: usize| {
-                let row = rows.get(k * values + lanes * LANES..).and_then(|row| row.first_chunk::<LANES>());
+                let row = rows.get(k * stride + lanes * LANES..).and_then(|row| row.first_chunk::<LANES>());
                 row.copied().unwrap_or_default()
             };
             // Two sums of every other term: neither waits for all additions.
             let mut sums = [[0.0; LANES]; 2];
-            for k in (3..self.powers.len()).rev() {
-                let (row, power) = (row(k), self.powers[k]);
+            let mut k = order + 1;
+            if k % 2 == 0 {
+                k -= 1;
+                sums[1] = row(k).map(|c| c * power(k));
+            }
+            while k > 3 {
+                k -= 2;
+                let (even, odd) = (row(k + 1), row(k));
                 for l in 0..LANES {
-                    sums[k % 2][l] += row[l] * power;
+                    sums[0][l] += even[l] * power(k + 1);
+                    sums[1][l] += odd[l] * power(k);
                 }
             }
             let (start, slope, bend) = (row(0), row(1), row(2));
-            let h = self.powers[1];
             let (square, square_rest) = product(h, h);
             let sum: [f64; LANES] = std::array::from_fn(|l| {
                 let (first, first_rest) = product(slope[l], h);

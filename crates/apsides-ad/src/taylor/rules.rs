@@ -1,4 +1,4 @@
-//! The recurrences of the coefficients of one order, given the sums of products of those before.
+//! The rules that are convolutions, and their values of order zero.
 
 use super::lowering::Start;
 use crate::formula::Unary;
@@ -23,44 +23,11 @@ pub(super) struct Item {
     pub(super) start: Start,
     /// A fixed factor of the start.
     pub(super) by: Option<usize>,
-    /// Coefficients of order zero that newest ones are multiplied with.
-    pub(super) zeroth: [f64; 2],
-    /// Reciprocal of the coefficient of order zero of what is divided by.
-    pub(super) inverse: f64,
 }
 
 impl Kind {
-    /// Coefficients of an order above zero in `row`, given the sums of products of coefficients between, one for each item.
-    #[inline(always)]
-    pub(super) fn advance(self, items: &[Item], sums: &[f64], order: f64, reciprocal: f64, row: &mut [f64]) {
-        let each = items.iter().zip(sums);
-        match self {
-            Self::Square | Self::Product => {
-                for (i, sum) in each {
-                    row[i.out] = sum + (row[i.first] * i.zeroth[1] + i.zeroth[0] * row[i.second]);
-                }
-            }
-            Self::Quotient => {
-                for (i, sum) in each {
-                    row[i.out] = (row[i.first] - (sum + row[i.second] * i.zeroth[0])) * i.inverse;
-                }
-            }
-            Self::Power => {
-                for (i, sum) in each {
-                    let newest = row[i.first] * (order * i.zeroth[0]);
-                    row[i.out] = (sum + newest) * (reciprocal * i.inverse);
-                }
-            }
-            Self::Integral => {
-                for (i, sum) in each {
-                    row[i.out] = sum * reciprocal + row[i.first] * i.zeroth[1];
-                }
-            }
-        }
-    }
-
     /// Coefficients of order zero.
-    pub(super) fn begin(self, items: &mut [Item], row: &mut [f64]) {
+    pub(super) fn begin(self, items: &[Item], row: &mut [f64]) {
         for item in items {
             let first = row[item.first];
             row[item.out] = match self {
@@ -68,18 +35,6 @@ impl Kind {
                 Self::Quotient => first / row[item.second],
                 Self::Power | Self::Integral => item.started(row),
             };
-        }
-    }
-
-    /// Takes what is needed of the coefficients of order zero, once all are known.
-    pub(super) fn take(self, items: &mut [Item], zeroth: &[f64]) {
-        for item in items {
-            let [first, second, out] = [item.first, item.second, item.out].map(|v| zeroth[v]);
-            match self {
-                Self::Square | Self::Product | Self::Integral => item.zeroth = [first, second],
-                Self::Quotient => (item.zeroth[0], item.inverse) = (out, second.recip()),
-                Self::Power => (item.zeroth[0], item.inverse) = (item.exponent * out, first.recip()),
-            }
         }
     }
 }

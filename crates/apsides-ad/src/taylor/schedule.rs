@@ -1,49 +1,48 @@
-//! The order of the recurrences, which go together, and the sums of products that they need.
+//! The order of the recurrences.
 
-use super::convolutions::{Convolution, Weight};
-use super::lanes::{Lanes, WIDTH};
 use super::lowering::{Lowered, Rule, Start};
 use super::rules::{Item, Kind};
 
-/// Sums of values with weights, one after the other.
+/// A number times a value, and times a fixed value, if any.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Addend {
+    pub(super) factor: f64,
+    pub(super) by: Option<usize>,
+    pub(super) value: usize,
+}
+
+/// Sums of terms, one after the other.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sums {
     /// Values that they are; the end of their terms; the number of terms that are fixed, which stand first and count at order zero alone.
-    pub(super) sums: Vec<(usize, usize, usize)>,
-    /// Weights and values.
-    pub(super) terms: Vec<(f64, usize)>,
-    /// Terms whose weight is times a fixed value, that value, the factor.
-    pub(super) by: Vec<(usize, usize, f64)>,
+    sums: Vec<(usize, usize, usize)>,
+    terms: Vec<Addend>,
 }
 
-/// Values that are computed together.
+/// Values that are computed one after the other.
 #[derive(Clone, Debug)]
 pub(super) enum Group {
     Sums(Sums),
-    /// Values of one rule, and the place of their first sum of products.
-    Rules(Kind, usize, Vec<Item>),
-    Lanes(Lanes),
+    /// Values of one rule.
+    Rules(Kind, Vec<Item>),
 }
 
-/// A term of a sum while sums are put together: constant factor, fixed factor if any, value.
-type Addend = (f64, Option<usize>, usize);
-
-/// The sums of products that the rules of the groups need, in their order.
-pub(super) fn convolutions(groups: &mut [Group]) -> Vec<Convolution> {
-    let mut all = Vec::new();
-    for group in groups {
-        let Group::Rules(kind, from, items) = group else { continue };
-        *from = all.len();
-        for item in items {
-            all.push(match kind {
-                Kind::Square | Kind::Product => Convolution::new(item.first, Weight::One, item.second),
-                Kind::Quotient => Convolution::new(item.second, Weight::One, item.out),
-                Kind::Power => Convolution::new(item.first, Weight::Power(item.exponent), item.out),
-                Kind::Integral => Convolution::new(item.first, Weight::Order, item.second),
-            });
+impl Group {
+    /// The values, in their order.
+    pub(super) fn values(&self) -> Vec<usize> {
+        match self {
+            Self::Sums(sums) => sums.sums.iter().map(|sum| sum.0).collect(),
+            Self::Rules(_, items) => items.iter().map(|item| item.out).collect(),
         }
     }
-    all
+
+    /// Coefficients of order zero.
+    pub(super) fn begin(&self, row: &mut [f64]) {
+        match self {
+            Self::Sums(sums) => sums.begin(row),
+            Self::Rules(kind, items) => kind.begin(items, row),
+        }
+    }
 }
 
 /// The groups in an order in which every value stands after those that it is made of.
@@ -55,10 +54,10 @@ pub(super) fn groups(lowered: &Lowered) -> Vec<Group> {
         // A sum that nothing else needs is a part of the one that needs it.
         let mut add = |factor: f64, by: Option<usize>, value: usize| {
             let inner: &[Addend] = if uses[value] == 1 { &terms[value] } else { &[] };
-            if inner.is_empty() || (by.is_some() && inner.iter().any(|t| t.1.is_some())) {
-                all.push((factor, by, value));
+            if inner.is_empty() || (by.is_some() && inner.iter().any(|t| t.by.is_some())) {
+                all.push(Addend { factor, by, value });
             } else {
-                all.extend(inner.iter().map(|&(c, inner, v)| (factor * c, by.or(inner), v)));
+                all.extend(inner.iter().map(|t| Addend { factor: factor * t.factor, by: by.or(t.by), ..*t }));
             }
         };
         match *rule {
@@ -85,7 +84,7 @@ pub(super) fn groups(lowered: &Lowered) -> Vec<Group> {
         let mut sums = Sums::default();
         // In their order, so that a sum may be of one before it.
         waiting.retain(|&v| {
-            let ready = !terms[v].is_empty() && terms[v].iter().all(|t| done[t.2]);
+            let ready = !terms[v].is_empty() && terms[v].iter().all(|t| done[t.value]);
             if ready {
                 done[v] = true;
                 sums.push(lowered, v, &terms[v]);
@@ -108,12 +107,7 @@ pub(super) fn groups(lowered: &Lowered) -> Vec<Group> {
         let Some(kind) = ready.iter().map(|r| r.0).rev().max_by_key(|&kind| count(kind)) else { break };
         let items: Vec<Item> = ready.iter().filter(|r| r.0 == kind).map(|r| r.1).collect();
         items.iter().for_each(|item| done[item.out] = true);
-        for items in items.chunks(WIDTH) {
-            groups.push(match items {
-                [_] => Group::Rules(kind, 0, items.to_vec()),
-                _ => Group::Lanes(Lanes::new(kind, items)),
-            });
-        }
+        groups.push(Group::Rules(kind, items));
         waiting.retain(|&v| !done[v]);
     }
     groups
@@ -152,7 +146,7 @@ fn needed(lowered: &Lowered, terms: &[Vec<Addend>]) -> Vec<bool> {
         if terms[v].is_empty() {
             open.extend(operands(lowered, v, &lowered.rules[v]));
         } else {
-            open.extend(terms[v].iter().map(|t| t.2));
+            open.extend(terms[v].iter().map(|t| t.value));
         }
     }
     needed
@@ -160,28 +154,28 @@ fn needed(lowered: &Lowered, terms: &[Vec<Addend>]) -> Vec<bool> {
 
 impl Sums {
     fn push(&mut self, lowered: &Lowered, out: usize, terms: &[Addend]) {
-        let (moving, fixed): (Vec<&Addend>, Vec<&Addend>) = terms.iter().partition(|t| lowered.moves[t.2]);
-        for &&(factor, by, value) in fixed.iter().chain(&moving) {
-            if let Some(by) = by {
-                self.by.push((self.terms.len(), by, factor));
-            }
-            self.terms.push((factor, value));
-        }
+        let (moving, fixed): (Vec<&Addend>, Vec<&Addend>) =
+            terms.iter().partition(|t| lowered.moves[t.value]);
+        self.terms.extend(fixed.iter().chain(&moving).copied());
         self.sums.push((out, self.terms.len(), fixed.len()));
     }
 
-    /// Takes the weights that are fixed values from the coefficients of order zero.
-    pub(super) fn weigh(&mut self, row: &[f64]) {
-        self.by.iter().for_each(|&(k, value, factor)| self.terms[k].0 = factor * row[value]);
+    /// Each sum with the terms that move.
+    pub(super) fn each(&self) -> impl Iterator<Item = (usize, &[Addend])> {
+        let mut from = 0;
+        self.sums.iter().map(move |&(out, to, fixed)| {
+            let moving = &self.terms[from + fixed..to];
+            from = to;
+            (out, moving)
+        })
     }
 
-    #[inline(always)]
-    pub(super) fn advance(&self, k: usize, row: &mut [f64]) {
+    fn begin(&self, row: &mut [f64]) {
         let mut from = 0;
-        for &(out, to, fixed) in &self.sums {
-            let start = if k == 0 { from } else { from + fixed };
-            if let Some(((weight, value), rest)) = self.terms[start..to].split_first() {
-                row[out] = rest.iter().fold(weight * row[*value], |sum, &(w, v)| sum + w * row[v]);
+        for &(out, to, _) in &self.sums {
+            let value = |t: &Addend| t.by.map_or(t.factor, |by| t.factor * row[by]) * row[t.value];
+            if let Some((first, rest)) = self.terms[from..to].split_first() {
+                row[out] = rest.iter().fold(value(first), |sum, t| sum + value(t));
             }
             from = to;
         }
@@ -189,16 +183,7 @@ impl Sums {
 }
 
 fn item(lowered: &Lowered, out: usize) -> Option<(Kind, Item)> {
-    let item = |first, second| Item {
-        out,
-        first,
-        second,
-        exponent: 0.0,
-        start: Start::Zero,
-        by: None,
-        zeroth: [0.0; 2],
-        inverse: 0.0,
-    };
+    let item = |first, second| Item { out, first, second, exponent: 0.0, start: Start::Zero, by: None };
     Some(match lowered.rules[out] {
         Rule::Product(a, b) if a == b => (Kind::Square, item(a, b)),
         Rule::Product(a, b) => (Kind::Product, item(a, b)),

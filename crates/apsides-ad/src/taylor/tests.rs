@@ -44,6 +44,48 @@ fn assert_expands(formula: &Formula, start: [f64; 4], h: f64, name: &str) {
 const START: [f64; 4] = [0.4, 0.3, -0.7, 0.2];
 
 #[test]
+fn many_values_have_the_coefficients_of_few() {
+    // More values than fit into a row of fixed length.
+    const PAIRS: usize = 60;
+    let pairs = |count: usize| {
+        let mut b = FormulaBuilder::new(2 * count + 1);
+        let mut rates = Vec::new();
+        for k in 0..count {
+            let [x, y] = [2 * k, 2 * k + 1].map(|k| b.input(k));
+            let [sine, product, root] = [b.unary(Unary::Sin, x), b.mul(x, y), b.unary(Unary::Sqrt, y)];
+            let quotient = b.div(sine, root);
+            rates.extend([b.add(quotient, product), b.sub(product, x)]);
+        }
+        let formula = b.formula(&rates).expect("well formed");
+        TaylorSeries::new(&formula, ORDER).expect("recurrences")
+    };
+    let (mut few, mut many) = (pairs(1), pairs(PAIRS));
+    few.expand(0.0, &[0.4, 0.3], &[]);
+    many.expand(0.0, &[0.4, 0.3].repeat(PAIRS), &[]);
+    for order in 0..=ORDER {
+        assert_eq!(many.coefficients(order), few.coefficients(order).repeat(PAIRS));
+    }
+}
+
+#[test]
+fn coefficients_of_the_time_end_with_order_one() {
+    // x' = t y and y' = t: y = t^2 / 2 and x = t^4 / 8 from zero.
+    let mut b = FormulaBuilder::new(3);
+    let [y, t] = [1, 2].map(|k| b.input(k));
+    let rate = b.mul(t, y);
+    let formula = b.formula(&[rate, t]).expect("well formed");
+    let mut series = TaylorSeries::new(&formula, 6).expect("recurrences");
+    // The second expansion starts from what the first one left.
+    for _ in 0..2 {
+        series.expand(0.0, &[0.0; 2], &[]);
+        let found: Vec<f64> = (0..=6).flat_map(|k| series.coefficients(k).to_vec()).collect();
+        let mut expected = [0.0; 14];
+        (expected[5], expected[8]) = (0.5, 0.125);
+        assert_eq!(found, expected);
+    }
+}
+
+#[test]
 fn every_function_has_its_series() {
     for f in Unary::ALL {
         if matches!(f, Unary::Abs | Unary::Sign) {
