@@ -11,9 +11,9 @@ use places::Places;
 use pulp::Simd;
 
 use crate::Inertia;
+use crate::columns::MOST_COLUMNS;
 use crate::dense::{GROUP, clear};
 use crate::lanes;
-use crate::multifrontal::MOST_COLUMNS;
 use crate::pivot::Diagonal;
 use crate::room::Room;
 use crate::supernodes::Supernodes;

@@ -78,7 +78,7 @@
 //! | `multifrontal`, `assembly`, `dense` | LDL^T, inertia; sizes of fronts and where their parts go; kernels on dense blocks |
 //! | `pivot` | pivots counted and replaced |
 //! | `bundle`, `lanes` | the same for bundles of subtrees that are alike; kernels in lanes |
-//! | `room` | places in an array that are used again |
+//! | `room`, `columns` | places in an array that are used again; right-hand sides that are treated at once |
 //! | `pivoted` | LBL^T, the fallback |
 //! | `refine`, `norms` | refinement and GMRES; largest magnitudes |
 //!
@@ -96,6 +96,7 @@
 mod analysis;
 mod assembly;
 mod bundle;
+mod columns;
 mod dense;
 mod elimination;
 mod error;

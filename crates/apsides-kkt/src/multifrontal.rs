@@ -6,6 +6,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::assembly::{Extent, TwinChildren, place_contributions, place_entries, relative_rows};
 use crate::bundle::Bundles;
+use crate::columns::MOST_COLUMNS;
 use crate::dense::{GROUP, Triangle, clear, eliminate_below, for_columns, products, subtract_products};
 use crate::norms::all_finite;
 use crate::pivot::{Diagonal, pivot};
@@ -14,20 +15,6 @@ use crate::structure::Structure;
 use crate::supernodes::Supernodes;
 use crate::twins::LANES;
 use crate::{Inertia, KktError};
-
-/// Most right-hand sides that are solved with at once.
-pub(crate) const MOST_COLUMNS: usize = 2;
-
-/// The first `R` of some columns.
-#[expect(clippy::expect_used, reason = "invariant: no more columns than there are")]
-pub(crate) fn first_columns<const R: usize>(columns: &mut [Vec<f64>; MOST_COLUMNS]) -> [&mut [f64]; R] {
-    const { assert!(R <= MOST_COLUMNS) };
-    columns
-        .first_chunk_mut()
-        .expect("invariant: no more columns than there are")
-        .each_mut()
-        .map(|column| &mut column[..])
-}
 
 /// Structure, factor and work space. Nothing is allocated after construction.
 ///
@@ -125,22 +112,18 @@ impl Multifrontal {
     }
 }
 
-impl Multifrontal {
-    /// Solves with at most [`MOST_COLUMNS`] right-hand sides in place, each as if it were alone. Says which are finite; none if there is no
-    /// complete factor.
-    pub(crate) fn solve_columns<const R: usize>(&mut self, mut x: [&mut [f64]; R]) -> [bool; R] {
+impl Substitution for Multifrontal {
+    fn solve(&mut self, x: &mut [f64]) -> bool {
+        let [finite] = self.solve_columns([x]);
+        finite
+    }
+
+    fn solve_columns<const R: usize>(&mut self, mut x: [&mut [f64]; R]) -> [bool; R] {
         if !self.complete {
             return [false; R];
         }
         self.arch.dispatch(Substitute { factor: self, x: &mut x });
         x.map(|x| all_finite(x))
-    }
-}
-
-impl Substitution for Multifrontal {
-    fn solve(&mut self, x: &mut [f64]) -> bool {
-        let [finite] = self.solve_columns([x]);
-        finite
     }
 }
 

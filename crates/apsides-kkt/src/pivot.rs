@@ -6,7 +6,7 @@ use crate::Inertia;
 pub(crate) const ZERO_PIVOT: f64 = f64::EPSILON;
 const REPLACED_PIVOT: f64 = 1e-8;
 
-/// What is known of pivots: the shift of each, positive in primal rows and negative in dual ones (zero too), and the size of a row.
+/// Shift of each pivot, positive in primal rows and negative in dual ones (zero too), and the size of a row.
 #[derive(Clone, Copy)]
 pub(crate) struct Diagonal<'a> {
     pub(crate) shifts: &'a [f64],

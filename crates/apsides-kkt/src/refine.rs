@@ -6,7 +6,7 @@
 //! doi:10.1137/060661545.
 
 use crate::KktSettings;
-use crate::multifrontal::{MOST_COLUMNS, Multifrontal, first_columns};
+use crate::columns::{MOST_COLUMNS, first_columns};
 use crate::norms::{maxima, maximum};
 use crate::structure::Structure;
 
@@ -92,6 +92,11 @@ struct Measure {
 pub(crate) trait Substitution {
     /// Solves in place. False, with `x` of no use, if there is no complete factor or the result is not finite.
     fn solve(&mut self, x: &mut [f64]) -> bool;
+
+    /// The same for at most [`MOST_COLUMNS`] right-hand sides, each as if it were alone.
+    fn solve_columns<const R: usize>(&mut self, x: [&mut [f64]; R]) -> [bool; R] {
+        x.map(|x| self.solve(x))
+    }
 }
 
 /// The residual that refinement reached.
@@ -110,7 +115,7 @@ pub(crate) struct Refiner {
     tolerance: f64,
     /// Most solves with a factor.
     limit: usize,
-    /// Of each right-hand side.
+    /// One of each right-hand side.
     residuals: [Vec<f64>; MOST_COLUMNS],
     trial: Vec<f64>,
     trial_residual: Vec<f64>,
@@ -156,7 +161,7 @@ impl Refiner {
     pub(crate) fn solve<const R: usize>(
         &mut self,
         systems: [System<'_>; R],
-        factor: &mut Multifrontal,
+        factor: &mut impl Substitution,
         mut x: [&mut [f64]; R],
     ) -> [Outcome; R] {
         for (x, system) in x.iter_mut().zip(&systems) {

@@ -1,8 +1,9 @@
 //! [`KktSystem`]: the data flow from triplets to a refined solution.
 
 use crate::analysis::Analysis;
+use crate::columns::{MOST_COLUMNS, first_columns};
 use crate::inertia::Inertia;
-use crate::multifrontal::{MOST_COLUMNS, Multifrontal, first_columns};
+use crate::multifrontal::Multifrontal;
 use crate::norms::{all_finite, maximum};
 use crate::pivoted::Pivoted;
 use crate::refine::{Outcome, Refiner, System};

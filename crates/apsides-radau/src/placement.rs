@@ -161,7 +161,35 @@ impl PhaseLayout for CollocationPhase {
     }
 
     fn set_stages(&self, stages: &mut Stages) {
-        elimination::set_stages(self, stages);
+        let Stages { variables, constraints } = stages;
+        let (first, intervals) = (self.first_stage, self.mesh.intervals());
+        let stage_of = |interval: usize, local: usize| elimination::stage(first, intervals, interval, local);
+        for node in 0..=self.nodes.len() {
+            let (interval, local) = self.nodes.get(node).map_or((intervals, 0), |n| (n.interval, n.local));
+            let stage = stage_of(interval, local);
+            variables[self.state_column(node)..][..self.states].fill(stage + 1);
+            if node < self.nodes.len() {
+                variables[self.control_column(node)..][..self.controls].fill(stage);
+                constraints[self.defect_row(node)..][..self.rows_per_node].fill(stage + 2);
+            }
+        }
+        for &(row, interval, _) in &self.degree_rows {
+            constraints[row] = stage_of(interval, 0) + 2;
+        }
+        for rate in &self.rate_rows {
+            constraints[rate.at] = stage_of(rate.interval, 0) + 2;
+        }
+        // Arcs have times of their own, and such rows belong to some intervals alone.
+        let is_uniform = self.arcs.len() <= 1
+            && self.pinned_rows.is_empty()
+            && self.degree_rows.is_empty()
+            && self.rate_rows.is_empty();
+        if let Some(ends) = elimination::ends_of_runs(self.mesh.points()).filter(|_| is_uniform) {
+            for (stage, interval) in (elimination::last_stage(first, intervals)..).zip(ends) {
+                let column = self.state_column(self.interval_start(interval));
+                variables[column..][..self.states].fill(stage);
+            }
+        }
     }
 }
 
