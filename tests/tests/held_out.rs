@@ -13,8 +13,6 @@ use serde::Deserialize;
 
 /// Solver: closed forms, where the active set is found or nothing is active.
 const CLOSED_FORM: f64 = 1e-9;
-/// Rounding: closed forms with terms of a million that cancel, to the last digit of a term at each of forty nodes.
-const CANCELLING: f64 = 40.0 * 1e6 * f64::EPSILON;
 /// Solver: closed forms with controls along bounds, which are above them by what the barrier leaves.
 const BARRIER: f64 = 1e-8;
 /// Discretisation: collocation of order five on 480 intervals, smooth solutions.
@@ -33,7 +31,6 @@ const NOTHING: f64 = 1e-12;
 #[serde(rename_all = "kebab-case")]
 enum Tolerance {
     ClosedForm,
-    Cancelling,
     Barrier,
     Smooth,
     Grid,
@@ -45,7 +42,6 @@ impl Tolerance {
     fn value(self) -> f64 {
         match self {
             Self::ClosedForm => CLOSED_FORM,
-            Self::Cancelling => CANCELLING,
             Self::Barrier => BARRIER,
             Self::Smooth => SMOOTH,
             Self::Grid => GRID,

@@ -15,7 +15,7 @@ pub(crate) struct Diagonal<'a> {
 
 /// A pivot of a primal row is shifted if it is at most so many shifts: a shift costs accuracy. Those of dual rows are always shifted, which
 /// gives the last one of equations that say the same a sign beyond rounding.
-const SHIFTED: f64 = 10.0;
+const SHIFTED: f64 = 3.0;
 
 /// Shifts a pivot, then counts it, or replaces it if it is zero to rounding. `None` after an overflow.
 #[inline(always)]

@@ -23,7 +23,7 @@ pub enum Ordering {
 pub struct KktSettings {
     /// Elimination order. Default: [`Ordering::Amd`].
     pub ordering: Ordering,
-    /// Subtracted from the pivots of the dual rows, and added to those of the primal rows that are at most ten times this, in the
+    /// Subtracted from the pivots of the dual rows, and added to those of the primal rows that are at most three times this, in the
     /// factor only, after equilibration (so relative to rows of unit size); refinement removes its effect. Default 1e-9.
     pub static_shift: f64,
     /// Refinement stops when [`SolveQuality::residual`](crate::SolveQuality::residual) is at most this. Default 1e-10.

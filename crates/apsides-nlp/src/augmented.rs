@@ -150,21 +150,27 @@ impl AugmentedSystem {
                 rhs[n + unit.row] += unit.sign * value * inverse;
             }
         }
-        let rhs = std::array::from_fn(|k| &self.rhs[k][..]);
-        let mut solutions = self.solutions.iter_mut();
-        let solutions = std::array::from_fn(|_| solutions.next().map_or(&mut [][..], |s| &mut s[..]));
-        let qualities: [f64; R] = match self.system.solve_columns(rhs, solutions) {
-            Ok(qualities) => qualities.map(|quality| quality.residual),
-            Err(_) => [f64::INFINITY; R],
-        };
         let mut residuals = [f64::INFINITY; R];
+        let (Some(rhs), Some(solutions)) =
+            (self.rhs.first_chunk::<R>(), self.solutions.first_chunk_mut::<R>())
+        else {
+            return residuals;
+        };
+        let qualities = self.system.solve_columns(
+            rhs.each_ref().map(|rhs| &rhs[..]),
+            solutions.each_mut().map(|solution| &mut solution[..]),
+        );
         for (k, step) in steps.iter_mut().enumerate() {
             step.dv[..n].copy_from_slice(&self.solutions[k][..n]);
             step.dy.copy_from_slice(&self.solutions[k][n..]);
             self.recover_units(structure, jacobian, step);
-            if all_finite(step.dv) && all_finite(step.dy) {
-                let absolute = qualities[k] * max_abs(&self.rhs[k]);
-                residuals[k] = if absolute <= ROUNDING { 0.0 } else { qualities[k] };
+            if let Ok(qualities) = &qualities
+                && all_finite(step.dv)
+                && all_finite(step.dy)
+            {
+                let relative = qualities[k].residual;
+                let absolute = relative * max_abs(&self.rhs[k]);
+                residuals[k] = if absolute <= ROUNDING { 0.0 } else { relative };
             }
         }
         self.solves += R;

@@ -3,44 +3,58 @@
 /// Accumulators that do not wait for each other.
 const LANES: usize = 4;
 
-/// Largest absolute value of some items; zero if there are none. It passes over what is not a number.
-pub(crate) fn largest<T>(items: &[T], value: impl Fn(&T) -> f64) -> f64 {
+/// Takes items into accumulators that begin with zero, one after the other.
+fn in_lanes<T>(items: &[T], take: impl Fn(&mut f64, &T)) -> [f64; LANES] {
     let mut lanes = [0.0; LANES];
-    let raise = |lane: &mut f64, item: &T| {
-        // One instruction, where `f64::max` takes several.
-        let size = value(item).abs();
-        *lane = if size > *lane { size } else { *lane };
-    };
     let (chunks, rest) = items.as_chunks::<LANES>();
     for chunk in chunks {
         for k in 0..LANES {
-            raise(&mut lanes[k], &chunk[k]);
+            take(&mut lanes[k], &chunk[k]);
         }
     }
     for (lane, item) in lanes.iter_mut().zip(rest) {
-        raise(lane, item);
+        take(lane, item);
     }
-    lanes.into_iter().fold(0.0, f64::max)
+    lanes
+}
+
+/// The same for pairs.
+fn pairs_in_lanes(a: &[f64], b: &[f64], take: impl Fn(&mut f64, f64, f64)) -> [f64; LANES] {
+    let mut lanes = [0.0; LANES];
+    let ((a_chunks, a_rest), (b_chunks, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    for (a, b) in a_chunks.iter().zip(b_chunks) {
+        for k in 0..LANES {
+            take(&mut lanes[k], a[k], b[k]);
+        }
+    }
+    for (lane, (a, b)) in lanes.iter_mut().zip(a_rest.iter().zip(b_rest)) {
+        take(lane, *a, *b);
+    }
+    lanes
+}
+
+/// One instruction, where `f64::max` takes several.
+fn raise(lane: &mut f64, size: f64) {
+    *lane = if size > *lane { size } else { *lane };
+}
+
+fn total([a, b, c, d]: [f64; LANES]) -> f64 {
+    (a + b) + (c + d)
+}
+
+/// Largest absolute value of some items; zero if there are none. It passes over what is not a number.
+pub(crate) fn largest<T>(items: &[T], value: impl Fn(&T) -> f64) -> f64 {
+    in_lanes(items, |lane, item| raise(lane, value(item).abs())).into_iter().fold(0.0, f64::max)
 }
 
 /// Sum of the values of some items.
 pub(crate) fn sum<T>(items: &[T], value: impl Fn(&T) -> f64) -> f64 {
-    let mut lanes = [0.0; LANES];
-    let (chunks, rest) = items.as_chunks::<LANES>();
-    for chunk in chunks {
-        for k in 0..LANES {
-            lanes[k] += value(&chunk[k]);
-        }
-    }
-    for (lane, item) in lanes.iter_mut().zip(rest) {
-        *lane += value(item);
-    }
-    total(lanes)
+    total(in_lanes(items, |lane, item| *lane += value(item)))
 }
 
 /// Says whether all values are finite, without a branch for each.
 pub(crate) fn all_finite(values: &[f64]) -> bool {
-    values.chunks(256).all(|values| values.iter().fold(true, |all, value| all & value.is_finite()))
+    values.iter().fold(true, |all, value| all & value.is_finite())
 }
 
 /// Largest absolute entry; zero for an empty vector.
@@ -55,42 +69,13 @@ pub(crate) fn sum_abs(values: &[f64]) -> f64 {
 
 /// Largest absolute product of an entry with its factor.
 pub(crate) fn max_product(values: &[f64], factors: &[f64]) -> f64 {
-    let mut lanes = [0.0; LANES];
-    let (value_chunks, value_rest) = values.as_chunks::<LANES>();
-    let (factor_chunks, factor_rest) = factors.as_chunks::<LANES>();
-    let raise = |lane: &mut f64, value: f64, factor: f64| {
-        let size = (value * factor).abs();
-        *lane = if size > *lane { size } else { *lane };
-    };
-    for (values, factors) in value_chunks.iter().zip(factor_chunks) {
-        for k in 0..LANES {
-            raise(&mut lanes[k], values[k], factors[k]);
-        }
-    }
-    for (lane, (value, factor)) in lanes.iter_mut().zip(value_rest.iter().zip(factor_rest)) {
-        raise(lane, *value, *factor);
-    }
+    let lanes = pairs_in_lanes(values, factors, |lane, value, factor| raise(lane, (value * factor).abs()));
     lanes.into_iter().fold(0.0, f64::max)
 }
 
 /// Inner product of vectors of one length.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; LANES];
-    let (a_chunks, a_rest) = a.as_chunks::<LANES>();
-    let (b_chunks, b_rest) = b.as_chunks::<LANES>();
-    for (a, b) in a_chunks.iter().zip(b_chunks) {
-        for k in 0..LANES {
-            lanes[k] += a[k] * b[k];
-        }
-    }
-    for (lane, (a, b)) in lanes.iter_mut().zip(a_rest.iter().zip(b_rest)) {
-        *lane += a * b;
-    }
-    total(lanes)
-}
-
-fn total([a, b, c, d]: [f64; LANES]) -> f64 {
-    (a + b) + (c + d)
+    total(pairs_in_lanes(a, b, |lane, a, b| *lane += a * b))
 }
 
 /// A sum of natural logarithms of positive numbers between 1e-200 and 1e200, taken of products as far as those are in range.
@@ -164,6 +149,8 @@ mod tests {
     #[test]
     fn the_largest_magnitude_passes_over_what_is_not_a_number() {
         assert_eq!(max_abs(&[1.0, -3.0, f64::NAN, 2.0, 0.5]), 3.0);
+        assert_eq!(max_abs(&[]), 0.0);
+        assert_eq!(max_product(&[1.0, -3.0], &[5.0, 2.0]), 6.0);
         assert_eq!(max_product(&[1.0, -3.0, f64::NAN], &[5.0, 2.0, 1.0]), 6.0);
     }
 }

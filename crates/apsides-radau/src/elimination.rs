@@ -4,18 +4,18 @@
 //! inside is eliminated independently of the other intervals, and alike in all that have as many points.
 //!
 //! Where [`RUNS`] runs of intervals are alike, the states between them come last: the runs are then independent of each other, too, and the
-//! linear solver treats them side by side. Their first states make the blocks larger, so that this pays for as many runs as there are lanes.
+//! linear solver treats them side by side, one in each of its lanes. Their first states make the blocks larger.
 
 /// Stages that an interval has inside, and as many at its first point.
 const STAGES: u32 = 3;
 /// Runs of intervals that are alike.
 const RUNS: usize = 4;
-/// Fewest intervals of a run.
-const FEWEST_INTERVALS: usize = 2;
+/// Fewest intervals of a run: shorter ones gained nothing.
+const FEWEST_INTERVALS: usize = 3;
 
 /// Stages of a phase with so many intervals.
 pub(crate) fn stages(intervals: usize) -> u32 {
-    STAGES * (2 * intervals as u32 + 1) + RUNS as u32 + 1
+    last_stage(0, intervals) + RUNS as u32 + 1
 }
 
 /// The stage of controls at a point of an interval, by its place in the interval, where the phase has so many intervals and this first stage;
@@ -50,12 +50,16 @@ mod tests {
 
     #[test]
     fn runs_are_alike_and_leave_both_ends_out() {
-        assert_eq!(ends_of_runs(&[3; 9]), None);
-        assert_eq!(ends_of_runs(&[3; 10]), Some([1, 3, 5, 7, 9]));
-        assert_eq!(ends_of_runs(&[4; 13]), Some([2, 4, 6, 8, 10]));
+        assert_eq!(ends_of_runs(&[3; 13]), None);
+        assert_eq!(ends_of_runs(&[3; 14]), Some([1, 4, 7, 10, 13]));
+        assert_eq!(ends_of_runs(&[4; 17]), Some([2, 5, 8, 11, 14]));
         // The same orders in each run, and others at the ends.
-        assert_eq!(ends_of_runs(&[7, 3, 4, 3, 4, 3, 4, 3, 4, 9]), Some([1, 3, 5, 7, 9]));
-        assert_eq!(ends_of_runs(&[3, 3, 3, 3, 5, 3, 3, 3, 3, 3]), None);
+        let mut points = [3, 4, 5].repeat(5);
+        assert_eq!(ends_of_runs(&points), Some([1, 4, 7, 10, 13]));
+        (points[0], points[14]) = (7, 9);
+        assert_eq!(ends_of_runs(&points), Some([1, 4, 7, 10, 13]));
+        points[5] = 6;
+        assert_eq!(ends_of_runs(&points), None);
         assert_eq!(ends_of_runs(&[]), None);
     }
 }
