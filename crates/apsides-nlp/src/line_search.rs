@@ -29,7 +29,7 @@ const DUAL_TINY_STEP: f64 = 1e-8;
 const MAX_TINY_STEPS: usize = 20;
 /// Required reduction of the optimality error by a soft restoration step.
 const SOFT_REDUCTION: f64 = 1.0 - 1e-4;
-/// Iterations in a row with a first trial rejected by the filter that clear it, and how often this may happen.
+/// Iterations in a row whose last rejected trial the filter alone rejected that clear it, and how often this may happen.
 const FILTER_RESET_TRIGGER: usize = 5;
 const MAX_FILTER_RESETS: usize = 5;
 
@@ -86,7 +86,7 @@ impl Reference {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Verdict {
-    /// Sufficient decrease of the barrier function: the filter stays.
+    /// The decrease of the barrier function that the switching condition asks for: the filter stays (algorithm A, step A-7).
     Objective,
     /// Sufficient decrease of one of the two: the reference enters the filter.
     Either,
@@ -127,6 +127,8 @@ pub(crate) struct LineSearch {
     tiny_steps: usize,
     soft_steps: usize,
     shortened_in_a_row: usize,
+    /// True if the filter alone stood against the last trial that was rejected.
+    last_rejected_by_filter: bool,
     filter_rejections: usize,
     filter_resets: usize,
     watchdog: Watchdog,
@@ -145,6 +147,7 @@ impl LineSearch {
             tiny_steps: 0,
             soft_steps: 0,
             shortened_in_a_row: 0,
+            last_rejected_by_filter: false,
             filter_rejections: 0,
             filter_resets: 0,
             watchdog: Watchdog {
@@ -162,6 +165,7 @@ impl LineSearch {
     fn forget_barrier(&mut self) {
         self.watchdog.active = false;
         self.shortened_in_a_row = 0;
+        self.last_rejected_by_filter = false;
         self.filter_rejections = 0;
     }
 
@@ -240,15 +244,12 @@ impl LineSearch {
                     self.count_shortened(alpha < longest.primal || !may_correct);
                     return true;
                 }
-                if alpha == longest.primal && may_correct {
-                    if state.trial.violation >= reference.violation
-                        && self.correct(state, model, system, reference, alpha)
-                    {
-                        return true;
-                    }
-                    if self.is_filter_cleared(state, verdict) {
-                        continue;
-                    }
+                if alpha == longest.primal
+                    && may_correct
+                    && state.trial.violation >= reference.violation
+                    && self.correct(state, model, system, reference, alpha)
+                {
+                    return true;
                 }
             }
             alpha *= 0.5;
@@ -258,28 +259,34 @@ impl LineSearch {
         }
     }
 
-    /// After several iterations whose full step only the filter stood against, clears it: its entries are then mostly
-    /// from far away.
-    fn is_filter_cleared(&mut self, state: &mut SolverState, verdict: Verdict) -> bool {
-        if verdict != Verdict::RejectedByFilter {
+    /// Counts the iterations in a row whose last rejected trial only the filter stood against, and after several of them clears it: its
+    /// entries are then mostly from far away.
+    fn count_filter_rejections(&mut self, state: &mut SolverState) {
+        if !std::mem::take(&mut self.last_rejected_by_filter) {
             self.filter_rejections = 0;
-            return false;
+            return;
         }
         self.filter_rejections += 1;
-        if self.filter_rejections < FILTER_RESET_TRIGGER || self.filter_resets >= MAX_FILTER_RESETS {
-            return false;
+        if self.filter_rejections >= FILTER_RESET_TRIGGER && self.filter_resets < MAX_FILTER_RESETS {
+            self.filter_rejections = 0;
+            self.filter_resets += 1;
+            state.filter.clear();
         }
-        self.filter_rejections = 0;
-        self.filter_resets += 1;
-        state.filter.clear();
-        true
     }
 
     fn count_shortened(&mut self, shortened: bool) {
         self.shortened_in_a_row = if shortened { self.shortened_in_a_row + 1 } else { 0 };
     }
 
-    fn judge(&self, state: &SolverState, reference: Reference, alpha: f64) -> Verdict {
+    fn judge(&mut self, state: &SolverState, reference: Reference, alpha: f64) -> Verdict {
+        let verdict = self.verdict(state, reference, alpha);
+        if !verdict.is_accepted() {
+            self.last_rejected_by_filter = verdict == Verdict::RejectedByFilter;
+        }
+        verdict
+    }
+
+    fn verdict(&self, state: &SolverState, reference: Reference, alpha: f64) -> Verdict {
         let violation = state.trial.violation;
         let barrier = state.barrier_value(&state.trial);
         if !barrier.is_finite() || violation > state.filter.max_violation {
@@ -289,12 +296,12 @@ impl LineSearch {
         if rise > 0.0 && rise.log10() > LARGEST_RISE + reference.barrier.abs().max(10.0).log10() {
             return Verdict::Rejected;
         }
-        let verdict = if reference.switches(alpha) && reference.violation <= self.min_violation {
-            let decrease = ARMIJO * alpha * reference.slope;
-            if !at_most(rise, decrease, reference.barrier) {
+        let switches = reference.switches(alpha);
+        let falls = switches && at_most(rise, ARMIJO * alpha * reference.slope, reference.barrier);
+        if switches && reference.violation <= self.min_violation {
+            if !falls {
                 return Verdict::Rejected;
             }
-            Verdict::Objective
         } else {
             let margin = BARRIER_MARGIN * reference.violation;
             if !at_most(violation, (1.0 - VIOLATION_MARGIN) * reference.violation, reference.violation)
@@ -302,8 +309,8 @@ impl LineSearch {
             {
                 return Verdict::Rejected;
             }
-            Verdict::Either
-        };
+        }
+        let verdict = if falls { Verdict::Objective } else { Verdict::Either };
         if state.filter.accepts(violation, barrier) { verdict } else { Verdict::RejectedByFilter }
     }
 
@@ -355,6 +362,7 @@ impl LineSearch {
         lengths: Lengths,
         corrected: bool,
     ) {
+        self.count_filter_rejections(state);
         if verdict == Verdict::Either {
             state.filter.add(reference.violation, reference.barrier);
         }
@@ -565,5 +573,70 @@ impl SolverState {
         let equations = self.dual_residual.len() + point.constraints.len();
         (sum_abs(&self.dual_residual) + sum_abs(&point.constraints)) / equations as f64
             + (lower + upper) / bounds.len().max(1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Structure;
+    use crate::problem::Pattern;
+    use crate::settings::NlpSettings;
+
+    /// One free variable and one constraint, with a trial point of this violation and barrier function.
+    fn state_with_trial(violation: f64, barrier: f64) -> SolverState {
+        let structure = Structure {
+            variables: 1,
+            slacks: 0,
+            units: Vec::new(),
+            constraints: 1,
+            jacobian: Pattern::default(),
+            hessian: Pattern::default(),
+        };
+        let (lower, upper) = ([f64::NEG_INFINITY], [f64::INFINITY]);
+        let mut state = SolverState::new(&structure, &lower, &upper, &NlpSettings::default());
+        (state.trial.violation, state.trial.objective) = (violation, barrier);
+        state
+    }
+
+    #[test]
+    fn the_filter_stays_after_enough_decrease_whatever_the_violation() {
+        let mut search = LineSearch::new(1, 1);
+        search.min_violation = 1e-4;
+        // The predicted decrease is worth more than the violation, which is above the least: no decrease is asked for, but one counts.
+        let reference = Reference { violation: 0.5, barrier: 2.0, slope: -3.0 };
+        assert!(reference.switches(1.0));
+        assert_eq!(search.judge(&state_with_trial(0.6, 1.0), reference, 1.0), Verdict::Objective);
+        assert_eq!(search.judge(&state_with_trial(0.4, 2.5), reference, 1.0), Verdict::Either);
+        assert_eq!(search.judge(&state_with_trial(0.6, 2.5), reference, 1.0), Verdict::Rejected);
+        // Where it is below the least one, the decrease is asked for.
+        let reference = Reference { violation: 1e-5, ..reference };
+        assert_eq!(search.judge(&state_with_trial(1e-6, 2.5), reference, 1.0), Verdict::Rejected);
+        // Without the switching condition either reduction will do, and the filter grows.
+        let reference = Reference { violation: 0.5, barrier: 2.0, slope: -1e-3 };
+        assert_eq!(search.judge(&state_with_trial(0.6, 1.0), reference, 1.0), Verdict::Either);
+    }
+
+    #[test]
+    fn five_iterations_whose_last_rejection_is_by_the_filter_clear_it() {
+        let mut search = LineSearch::new(1, 1);
+        let mut state = state_with_trial(0.5, 1.5);
+        state.filter.add(0.1, 1.0);
+        let reference = Reference { violation: 1.0, barrier: 2.0, slope: 0.0 };
+        for iteration in 1..=FILTER_RESET_TRIGGER {
+            assert!(!state.filter.accepts(0.5, 1.5), "iteration {iteration}");
+            assert_eq!(search.judge(&state, reference, 1.0), Verdict::RejectedByFilter);
+            search.count_filter_rejections(&mut state);
+        }
+        assert!(state.filter.accepts(0.5, 1.5));
+        // An iteration without a rejection begins the count anew.
+        state.filter.add(0.1, 1.0);
+        for iteration in 0..2 * FILTER_RESET_TRIGGER {
+            if iteration % 2 == 0 {
+                search.judge(&state, reference, 1.0);
+            }
+            search.count_filter_rejections(&mut state);
+        }
+        assert!(!state.filter.accepts(0.5, 1.5));
     }
 }

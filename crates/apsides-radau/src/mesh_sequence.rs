@@ -58,6 +58,10 @@ const WORSE: f64 = 10.0;
 const FAR: f64 = 1e-3;
 const FAR_BEYOND_ERROR: f64 = 100.0;
 
+/// Factor on the tolerance of a solve where the error hangs above that of the mesh: where bounds are hardly worth anything, what the barrier
+/// leaves of controls beside them is an error that no mesh lowers.
+const MORE_EXACT: f64 = 0.1;
+
 /// A first solve that takes no more iterations started at a stationary point, where the accuracy of the mesh says little: the barrier
 /// parameter alone takes as many.
 const AT_ONCE: usize = 2;
@@ -226,6 +230,9 @@ impl<'a> MeshSequence<'a> {
         }
         if self.is_settled {
             settings.polish = settings.polish.max(1.0);
+        }
+        if self.progress.hangs_above(self.settings.tolerance) {
+            settings.tolerance *= MORE_EXACT;
         }
         settings
     }

@@ -10,6 +10,9 @@ const GROWTH: usize = 2;
 /// Part of the least error that a gain leaves at most.
 const GAIN: f64 = 0.9;
 
+/// Errors up to this many times the tolerance are close to it.
+const CLOSE: f64 = 100.0;
+
 /// Change of the objective, relative to its size where that is above one, by which a mesh still finds another solution.
 const SAME: f64 = 1e-6;
 
@@ -25,6 +28,12 @@ pub(crate) struct Progress {
 impl Progress {
     pub(crate) fn new() -> Self {
         Self { least_error: f64::INFINITY, points: 0, objective: f64::NAN, without_gain: 0 }
+    }
+
+    /// True if the last mesh gained nothing, and the least error so far is close to the tolerance, but above it.
+    pub(crate) fn hangs_above(&self, tolerance: f64) -> bool {
+        let excess = self.least_error / tolerance;
+        self.without_gain > 0 && excess > 1.0 && excess <= CLOSE
     }
 
     /// Takes another mesh; true if the last ones have many more points, no less error and the same objective.
@@ -50,6 +59,20 @@ mod tests {
         let meshes = [(1e-2, 40), (1e-3, 60), (2e-3, 90), (1e-3, 120)];
         assert!(meshes.iter().all(|&(error, points)| !progress.has_stalled(error, 1.0, points)));
         assert!(progress.has_stalled(1e-3, 1.0, 130));
+    }
+
+    #[test]
+    fn errors_hang_after_a_mesh_without_gain_close_to_the_tolerance() {
+        let mut progress = Progress::new();
+        assert!(!progress.hangs_above(1e-8));
+        progress.has_stalled(2e-7, 1.0, 40);
+        assert!(!progress.hangs_above(1e-8), "the first mesh");
+        progress.has_stalled(3e-7, 1.0, 60);
+        assert!(progress.hangs_above(1e-8));
+        assert!(!progress.hangs_above(1e-6), "a mesh met it");
+        assert!(!progress.hangs_above(1e-10), "far from it");
+        progress.has_stalled(1e-7, 1.0, 80);
+        assert!(!progress.hangs_above(1e-8), "a gain");
     }
 
     #[test]
