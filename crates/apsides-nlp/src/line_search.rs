@@ -580,19 +580,11 @@ impl SolverState {
 mod tests {
     use super::*;
     use crate::model::Structure;
-    use crate::problem::Pattern;
     use crate::settings::NlpSettings;
 
     /// One free variable and one constraint, with a trial point of this violation and barrier function.
     fn state_with_trial(violation: f64, barrier: f64) -> SolverState {
-        let structure = Structure {
-            variables: 1,
-            slacks: 0,
-            units: Vec::new(),
-            constraints: 1,
-            jacobian: Pattern::default(),
-            hessian: Pattern::default(),
-        };
+        let structure = Structure::of_sizes(1, 1);
         let (lower, upper) = ([f64::NEG_INFINITY], [f64::INFINITY]);
         let mut state = SolverState::new(&structure, &lower, &upper, &NlpSettings::default());
         (state.trial.violation, state.trial.objective) = (violation, barrier);

@@ -29,6 +29,13 @@ pub(crate) struct Structure {
 }
 
 impl Structure {
+    /// One without slacks and derivatives.
+    #[cfg(test)]
+    pub(crate) fn of_sizes(variables: usize, constraints: usize) -> Self {
+        let (jacobian, hessian) = (Pattern::default(), Pattern::default());
+        Self { variables, slacks: 0, units: Vec::new(), constraints, jacobian, hessian }
+    }
+
     /// Number of variables, unit variables included.
     pub(crate) fn primal(&self) -> usize {
         self.variables + self.units.len()

@@ -122,7 +122,6 @@ impl QualityFunction {
 mod tests {
     use super::*;
     use crate::model::Structure;
-    use crate::problem::Pattern;
     use crate::settings::NlpSettings;
 
     /// Round-off of sums of a few terms.
@@ -130,14 +129,7 @@ mod tests {
 
     /// Five variables with six bounds among them, with steps that are stopped by a slack and by a multiplier.
     fn state() -> SolverState {
-        let structure = Structure {
-            variables: 5,
-            slacks: 0,
-            units: Vec::new(),
-            constraints: 1,
-            jacobian: Pattern::default(),
-            hessian: Pattern::default(),
-        };
+        let structure = Structure::of_sizes(5, 1);
         let infinite = f64::INFINITY;
         let lower = [0.0, -infinite, 0.0, 1.0, -infinite];
         let upper = [infinite, 2.0, 3.0, 5.0, infinite];

@@ -38,7 +38,8 @@ pub struct RadauSettings {
     /// Threads that evaluate the nodes of long phases, 1 to 1024; the results do not depend on it; 1.
     pub threads: usize,
     /// Settings of the interior-point method; problem scaling, tolerance 1e-9, adaptive barrier from 1e-3: a guess of a
-    /// trajectory is seldom so bad that a larger one pays; the last solution is left if it is a saddle.
+    /// trajectory is seldom so bad that a larger one pays; the last solution is left if it is a saddle. Where the error of meshes hangs
+    /// close above [`tolerance`](Self::tolerance), they are solved to a tenth of the tolerance given here.
     pub nlp: NlpSettings,
 }
 
