@@ -29,6 +29,8 @@ const DUAL_TINY_STEP: f64 = 1e-8;
 const MAX_TINY_STEPS: usize = 20;
 /// Required reduction of the optimality error by a soft restoration step.
 const SOFT_REDUCTION: f64 = 1.0 - 1e-4;
+/// A step up to this length between soft restoration steps does not end their row: both can go on for ever, without a way to anywhere.
+const NO_WAY_OUT: f64 = 1e-6;
 /// Iterations in a row whose last rejected trial the filter alone rejected that clear it, and how often this may happen.
 const FILTER_RESET_TRIGGER: usize = 5;
 const MAX_FILTER_RESETS: usize = 5;
@@ -366,7 +368,9 @@ impl LineSearch {
         if verdict == Verdict::Either {
             state.filter.add(reference.violation, reference.barrier);
         }
-        self.soft_steps = 0;
+        if lengths.primal > NO_WAY_OUT {
+            self.soft_steps = 0;
+        }
         self.kind = match (verdict, corrected) {
             (Verdict::Objective, false) => 'f',
             (Verdict::Objective, true) => 'F',
