@@ -27,7 +27,6 @@ const UNSOLVED: &[(u32, &str)] = &[
     // No minimum but a plateau: as x2 grows, the objective rises to 0.03064762 and its gradient vanishes to rounding.
     (57, "monotone"),
     // Local minimum of value -6.7546 at (46.400, 52.220), where no constraint is active.
-    (59, "monotone"),
     (59, "probing"),
     // Another local minimum, f = 4.07124631, a vertex with all multipliers positive.
     (97, "probing"),

@@ -17,8 +17,6 @@ const DECREASE: f64 = 1.0 / 3.0;
 const LARGEST_TRIAL: f64 = 1e6;
 /// Least primal regularisation.
 const LEAST: f64 = 1e-20;
-/// Most iterations in a row that take for granted that the matrix needs the regularisation that the one before needed.
-const MOST_PRESUMED: usize = 5;
 /// A smaller error of the barrier problem is close to its solution: there, the step without regularisation converges
 /// faster, and it is tried at each iteration.
 const CLOSE: f64 = 1e-3;
@@ -35,8 +33,8 @@ pub(crate) struct Regularisation {
     last: f64,
     /// The primal regularisation of the current factor.
     pub used: f64,
-    /// Iterations since the matrix without regularisation was last factorised.
-    presumed: usize,
+    /// True when the matrix of the iteration before was not factorised without regularisation.
+    presumed: bool,
 }
 
 impl Regularisation {
@@ -70,15 +68,12 @@ impl Regularisation {
         true
     }
 
-    /// The first regularisation to try: none, except far from the solution where the iterations before needed one.
+    /// The first regularisation to try: none, except far from the solution where the iteration before found that it needs one. That saves the
+    /// factorisation that says so again; for more iterations in a row, steps stay short that could be long.
     fn presumes(&mut self, state: &SolverState) -> f64 {
         let close = state.barrier_error(state.barrier) < CLOSE;
-        if self.used == 0.0 || close || self.presumed >= MOST_PRESUMED {
-            self.presumed = 0;
-            return 0.0;
-        }
-        self.presumed += 1;
-        self.next_after(state)
+        self.presumed = self.used > 0.0 && !close && !self.presumed;
+        if self.presumed { self.next_after(state) } else { 0.0 }
     }
 
     /// The first regularisation to try after the last one that was used.

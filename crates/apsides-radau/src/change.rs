@@ -143,7 +143,7 @@ fn change(
     let zeros = if q.affine && kind == ChangeKind::Jump {
         match beyond_singular(samples, a, b) {
             Some(at) => [Some(at), None],
-            None => [zero_beside(samples, a.last, gap.1), zero_beside(samples, b.first, gap.0)],
+            None => zeros_beside(samples, a, b),
         }
     } else {
         [None; 2]
@@ -184,6 +184,16 @@ fn is_continuous(samples: &[NodeSample], a: &Run, b: &Run) -> bool {
     let nodes: Vec<&NodeSample> = samples.iter().filter(|s| s.interval == interval).collect();
     let distance = |s: &NodeSample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
     is_held && through(&nodes, distance, samples[b.first].fraction).abs() < NEAR
+}
+
+/// The zeros beside a jump, in the runs before and after it that are at a bound: where the control is between its bounds, the mesh may still hold
+/// it at one, and a zero there belongs to neither end of the arc.
+fn zeros_beside(samples: &[NodeSample], a: &Run, b: &Run) -> [Option<f64>; 2] {
+    let (before, after) = (samples[a.last].fraction, samples[b.first].fraction);
+    let zero = |run: &Run, node, towards| {
+        if run.class == Class::Between { None } else { zero_beside(samples, node, towards) }
+    };
+    [zero(a, a.last, after), zero(b, b.first, before)]
 }
 
 /// A zero of the switching function within the interval of a node that is held at a bound, if the function has the wrong sign from there on
@@ -589,6 +599,26 @@ mod tests {
         // A zero between the first two nodes is one.
         let zero = zero_beside(&at_lower_bound([5e-4, -5e-4, -1.5e-3, -2.5e-3]), 3, 0.35);
         assert!(zero.is_some_and(|zero| (zero - 0.05).abs() < KINK_SETTLED), "{zero:?}");
+    }
+
+    #[test]
+    fn a_zero_within_an_arc_between_the_bounds_moves_none_of_its_ends() {
+        let nodes = at_lower_bound([5e-4, -5e-4, -1.5e-3, -2.5e-3]);
+        // The same nodes, and at an upper bound from there on.
+        let mut samples = nodes.clone();
+        samples.extend(nodes.iter().map(|s| NodeSample {
+            fraction: s.fraction + 0.4,
+            interval: 1,
+            slope: -1e-3,
+            class: Class::Upper,
+            course: Some(ArcKind::Upper),
+            ..*s
+        }));
+        let run = |class, first| Run { class, first, last: first + 3, is_pulse: false };
+        let zeros = |class| zeros_beside(&samples, &run(class, 0), &run(Class::Upper, 4));
+        let [before, after] = zeros(Class::Lower);
+        assert!(before.is_some_and(|zero| (zero - 0.05).abs() < KINK_SETTLED) && after.is_none());
+        assert_eq!(zeros(Class::Between), [None; 2]);
     }
 
     /// Nodes at a lower bound, then of singular intervals of a fiftieth of the phase each, with these distances from the bound.

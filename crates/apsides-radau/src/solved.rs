@@ -51,11 +51,18 @@ impl Solved {
     }
 
     /// True where of two accurate solutions this one, of a mesh before, is lower, and the mesh of the other has not the arcs that it shows: structures
-    /// can take turns.
+    /// can take turns. True, too, where the other is solved less exactly and is no lower.
     pub(crate) fn is_preferred_to(&self, later: &Self, ocp: &Ocp) -> bool {
-        let is_solved = self.report.status == Status::Optimal || self.report.status == later.report.status;
-        let is_valid = self.accurate && self.within && is_solved && !later.has_its_arcs;
-        is_valid && is_lower(ocp, self.trajectory.objective, later.trajectory.objective)
+        if !(self.accurate && self.within) {
+            return false;
+        }
+        let (own, other) = (self.trajectory.objective, later.trajectory.objective);
+        let is_exact = self.report.status == Status::Optimal;
+        if is_exact && self.has_its_arcs && later.report.status != Status::Optimal {
+            return !is_lower(ocp, other, own);
+        }
+        let is_solved = is_exact || self.report.status == later.report.status;
+        is_solved && !later.has_its_arcs && is_lower(ocp, own, other)
     }
 
     pub(crate) fn into_solution(
