@@ -19,18 +19,18 @@ pub(crate) fn equilibrate(
     scale.fill(1.0);
     for _ in 0..SWEEPS {
         structure.measure(values, scale, largest);
+        // Without branches, so that rows go side by side.
         let mut done = true;
         for (s, &size) in scale.iter_mut().zip(&*largest) {
-            if size > 0.0 && !(0.25..=4.0).contains(&size) {
-                *s *= near_inverse_root(size);
-                done = false;
-            }
+            let is_near = (0.25..=4.0).contains(&size) | (size == 0.0);
+            *s *= if is_near { 1.0 } else { near_inverse_root(size) };
+            done &= is_near;
         }
         if done {
             break;
         }
     }
-    structure.scale(values, scaled, scale, largest);
+    structure.scale(values, scaled, scale);
 }
 
 /// Smallest of the largest magnitudes of the rows that are not zero; 1 if all are.
@@ -46,8 +46,9 @@ pub(crate) fn power_of_two(x: f64) -> f64 {
 
 /// A power of two within a factor of two of `1 / sqrt(x)`, by its exponent alone.
 fn near_inverse_root(x: f64) -> f64 {
-    let exponent = (x.max(f64::MIN_POSITIVE).to_bits() >> 52) as i64 - 1023;
-    f64::from_bits(((1023 - (exponent + 1).div_euclid(2)) as u64) << 52)
+    // The exponent `e` of a normal number is stored as `e + 1023`; `1023 - floor((e + 1) / 2)` is that of the root, without a negative number.
+    let stored = x.max(f64::MIN_POSITIVE).to_bits() >> 52;
+    f64::from_bits((1535 - ((stored + 2) >> 1)) << 52)
 }
 
 #[cfg(test)]

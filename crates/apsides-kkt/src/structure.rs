@@ -205,9 +205,9 @@ impl Structure {
         }
     }
 
-    /// Writes `S A S` and the largest magnitude in each of its rows.
-    pub(crate) fn scale(&self, values: &[f64], scaled: &mut [f64], scale: &[f64], largest: &mut [f64]) {
-        self.scale_or_measure::<true>(values, scaled, scale, largest);
+    /// Writes `S A S`.
+    pub(crate) fn scale(&self, values: &[f64], scaled: &mut [f64], scale: &[f64]) {
+        self.scale_or_measure::<true>(values, scaled, scale, &mut []);
     }
 
     /// The largest magnitude in each row of `S A S`, which is not stored.
@@ -215,7 +215,7 @@ impl Structure {
         self.scale_or_measure::<false>(values, &mut [], scale, largest);
     }
 
-    /// `scaled` is written if that is what is asked for, else it is empty.
+    /// Of `scaled` and `largest` the one that is asked for is written, and the other empty.
     fn scale_or_measure<const STORES: bool>(
         &self,
         values: &[f64],
@@ -233,9 +233,9 @@ impl Structure {
             largest: sizes,
         });
         let begin = self.begin();
-        let (scale, largest) = (&scale[begin..], &mut largest[begin..]);
-        let values = &values[self.rest_at..];
-        let scaled = if STORES { &mut scaled[self.rest_at..] } else { scaled };
+        let (scale, values) = (&scale[begin..], &values[self.rest_at..]);
+        let (scaled, largest) =
+            if STORES { (&mut scaled[self.rest_at..], largest) } else { (scaled, &mut largest[begin..]) };
         for (j, &sj) in scale.iter().enumerate() {
             let mut column_largest = 0.0;
             for p in self.rest.column(j) {
@@ -243,11 +243,14 @@ impl Structure {
                 let value = values[p] * (scale[i] * sj);
                 if STORES {
                     scaled[p] = value;
+                } else {
+                    largest[i] = larger(value.abs(), largest[i]);
+                    column_largest = larger(value.abs(), column_largest);
                 }
-                largest[i] = larger(value.abs(), largest[i]);
-                column_largest = larger(value.abs(), column_largest);
             }
-            largest[j] = larger(column_largest, largest[j]);
+            if !STORES {
+                largest[j] = larger(column_largest, largest[j]);
+            }
         }
     }
 
@@ -282,6 +285,7 @@ impl Structure {
                     let value = product(a, si, sj);
                     if STORES {
                         scaled[entry] = value;
+                        continue;
                     }
                     raise(&mut column_size, value);
                     let mut size = lanes_of(largest, row);
@@ -293,15 +297,20 @@ impl Structure {
                     let value = product(a, scale_outside[k], sj);
                     if STORES {
                         scaled[outer_at + entry] = value;
+                        continue;
                     }
                     raise(&mut column_size, value);
                     raise(&mut sizes[k], value);
+                }
+                if STORES {
+                    continue;
                 }
                 let largest = &mut largest[at..at + LANES];
                 for lane in 0..LANES {
                     largest[lane] = larger(column_size[lane], largest[lane]);
                 }
             }
+            let outside = if STORES { &[] } else { outside };
             for (places, size) in outside.iter().zip(sizes) {
                 for (&row, size) in places.iter().zip(size) {
                     largest[row as usize] = larger(size, largest[row as usize]);

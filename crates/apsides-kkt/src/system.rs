@@ -176,13 +176,13 @@ impl KktSystem {
             let index = values.iter().position(|v| !v.is_finite()).unwrap_or(0);
             return Err(KktError::NotFinite { what: "values", index });
         }
+        let largest = &mut self.rhs[0];
         if self.settings.equilibrate {
-            let largest = &mut self.rhs[0];
             equilibrate(&self.structure, &self.values, &mut self.scaled, &mut self.scale, largest);
             self.unit = 1.0;
         } else {
-            let largest = &mut self.rhs[0];
-            self.structure.scale(&self.values, &mut self.scaled, &self.scale, largest);
+            self.structure.measure(&self.values, &self.scale, largest);
+            self.structure.scale(&self.values, &mut self.scaled, &self.scale);
             self.unit = smallest_row(largest);
         }
         self.counters.factorisations += 1;

@@ -47,6 +47,8 @@ pub(crate) struct NodeDerivatives {
     time_input: usize,
     pub(crate) first: Vec<FirstDerivative>,
     pub(crate) second: Vec<SecondDerivative>,
+    /// True if second derivatives take the gradient of the weighted sum of the outputs: where times are free.
+    uses_slope: bool,
     /// Output and input of each Jacobian entry of the function.
     places: Vec<(usize, usize)>,
 }
@@ -102,7 +104,12 @@ impl NodeDerivatives {
                 second.push(SecondDerivative::ByTimes { entry, ends: [End::Final, End::Start] });
             }
         }
-        Self { is_rate, time_input, first, second, places }
+        let takes_slope = |second: &SecondDerivative| {
+            use SecondDerivative::{ByTimes, ThroughDuration};
+            matches!(second, ThroughDuration { .. } | ByTimes { .. })
+        };
+        let uses_slope = second.iter().any(takes_slope);
+        Self { is_rate, time_input, first, second, uses_slope, places }
     }
 
     /// The value of a first derivative.
@@ -157,8 +164,11 @@ impl NodeDerivatives {
         }
     }
 
-    /// Writes the gradient of the weighted sum of the outputs by the inputs, from the Jacobian entries at a node.
+    /// Writes the gradient of the weighted sum of the outputs by the inputs, from the Jacobian entries at a node, if second derivatives take it.
     pub(crate) fn fill_slope(&self, entries: &[f64], weights: &[f64], slope: &mut [f64]) {
+        if !self.uses_slope {
+            return;
+        }
         slope.fill(0.0);
         for (&(output, input), v) in self.places.iter().zip(entries) {
             slope[input] += weights[output] * v;

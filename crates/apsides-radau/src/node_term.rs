@@ -40,7 +40,8 @@ pub(crate) struct NodeTerm {
     node_inputs: usize,
     time_input: usize,
     derivatives: NodeDerivatives,
-    /// Values and Jacobian entries at all nodes, for the point of [`Self::refresh`].
+    /// Inputs, values and Jacobian entries at all nodes, for the point of [`Self::refresh`].
+    inputs: Vec<f64>,
     values: Vec<f64>,
     entries: Vec<f64>,
     /// Values at all nodes, for any point.
@@ -90,6 +91,7 @@ impl NodeTerm {
         let points: Vec<Point> = arc.nodes.clone().map(point).collect();
         let (outputs, entries) = (function.outputs(), function.pattern().jacobian_len());
         Self {
+            inputs: vec![0.0; points.len() * function.inputs()],
             values: vec![0.0; points.len() * outputs],
             entries: vec![0.0; points.len() * entries],
             outputs: vec![0.0; points.len() * outputs],
@@ -128,20 +130,25 @@ impl NodeTerm {
         }
     }
 
-    /// Inputs of consecutive nodes.
+    /// Inputs of consecutive nodes, node after node; one input of all of them at a time, since a node has so few that each call to copy them would
+    /// take longer than the copy.
     fn fill_batch(&self, nodes: Range<usize>, x: &[f64], inputs: &mut [f64]) {
-        for (node, inputs) in nodes.zip(inputs.chunks_exact_mut(self.function.inputs())) {
-            self.fill_inputs(node, x, inputs);
+        let width = self.function.inputs();
+        let points = &self.points[nodes];
+        for k in 0..self.node_inputs {
+            for (input, p) in inputs[k..].iter_mut().step_by(width).zip(points) {
+                *input = x[p.column + k];
+            }
         }
-    }
-
-    fn fill_inputs(&self, node: usize, x: &[f64], inputs: &mut [f64]) {
-        let p = self.points[node];
-        inputs[..self.node_inputs].copy_from_slice(&x[p.column..p.column + self.node_inputs]);
-        let parameters = self.time_input - self.node_inputs;
-        inputs[self.node_inputs..self.time_input]
-            .copy_from_slice(&x[self.first_parameter..self.first_parameter + parameters]);
-        inputs[self.time_input] = (1.0 - p.fraction) * x[self.initial_time] + p.fraction * x[self.final_time];
+        let own = points.len() * width;
+        for k in self.node_inputs..self.time_input {
+            let parameter = x[self.first_parameter + k - self.node_inputs];
+            inputs[k..own].iter_mut().step_by(width).for_each(|input| *input = parameter);
+        }
+        let (initial, last) = (x[self.initial_time], x[self.final_time]);
+        for (input, p) in inputs[self.time_input..].iter_mut().step_by(width).zip(points) {
+            *input = (1.0 - p.fraction) * initial + p.fraction * last;
+        }
     }
 
     /// Lets workers share the nodes, where there are enough of them; false where there are not.
@@ -195,20 +202,23 @@ impl NodeTerm {
 
     /// Evaluates values and Jacobians at all nodes.
     pub(crate) fn refresh(&mut self, x: &[f64]) {
-        let (m, e) = (self.function.outputs(), self.function.pattern().jacobian_len());
+        let (n, m) = (self.function.inputs(), self.function.outputs());
+        let e = self.function.pattern().jacobian_len();
         let mut scratch = std::mem::take(&mut self.scratch);
+        let mut inputs = std::mem::take(&mut self.inputs);
         let (mut values, mut entries) = (std::mem::take(&mut self.values), std::mem::take(&mut self.entries));
-        let targets = [(&mut values[..], m), (&mut entries[..], e)];
-        in_pieces(&mut scratch, self.points.len(), targets, |nodes, scratch, [values, entries]| {
+        let targets = [(&mut inputs[..], n), (&mut values[..], m), (&mut entries[..], e)];
+        in_pieces(&mut scratch, self.points.len(), targets, |nodes, _, [inputs, values, entries]| {
             let first = nodes.start;
             for batch in batches(nodes) {
-                self.fill_batch(batch.clone(), x, &mut scratch.inputs);
                 let (from, to) = (batch.start - first, batch.end - first);
+                let inputs = &mut inputs[from * n..to * n];
+                self.fill_batch(batch.clone(), x, inputs);
                 let (values, entries) = (&mut values[from * m..to * m], &mut entries[from * e..to * e]);
-                self.function.jacobians(batch.len(), &scratch.inputs, values, entries);
+                self.function.jacobians(batch.len(), inputs, values, entries);
             }
         });
-        (self.values, self.entries, self.scratch) = (values, entries, scratch);
+        (self.inputs, self.values, self.entries, self.scratch) = (inputs, values, entries, scratch);
     }
 
     /// Adds `(row, column)` of the entries that [`fill_jacobian`](Self::fill_jacobian) and
@@ -313,7 +323,7 @@ impl NodeTerm {
         in_pieces(&mut scratch, self.points.len(), [(own, width)], |nodes, scratch, [own]| {
             let mut own = own.chunks_exact_mut(width.max(1));
             for batch in batches(nodes) {
-                self.weigh(batch.clone(), x, cost, multipliers, scratch);
+                self.weigh(batch.clone(), cost, multipliers, scratch);
                 for ((k, node), own) in batch.enumerate().zip(&mut own) {
                     let at = self.at_node(node, duration);
                     let (weights, slope) = (&scratch.weights[k * m..(k + 1) * m], &mut scratch.slope);
@@ -331,9 +341,9 @@ impl NodeTerm {
     }
 
     /// Weights of the outputs, and Hessians of their weighted sums, of a batch of nodes.
-    fn weigh(&self, batch: Range<usize>, x: &[f64], cost: f64, multipliers: &[f64], scratch: &mut Scratch) {
-        let Scratch { inputs, weights, hessians, .. } = scratch;
-        let m = self.function.outputs();
+    fn weigh(&self, batch: Range<usize>, cost: f64, multipliers: &[f64], scratch: &mut Scratch) {
+        let Scratch { weights, hessians, .. } = scratch;
+        let (n, m) = (self.function.inputs(), self.function.outputs());
         for (k, node) in batch.clone().enumerate() {
             for (output, weight) in weights[k * m..(k + 1) * m].iter_mut().enumerate() {
                 let mut w = self.row(node, output).map_or(0.0, |r| multipliers[r]);
@@ -343,7 +353,7 @@ impl NodeTerm {
                 *weight = w * self.points[node].factor;
             }
         }
-        self.fill_batch(batch.clone(), x, inputs);
+        let inputs = &self.inputs[batch.start * n..batch.end * n];
         self.function.hessians(batch.len(), inputs, weights, hessians);
     }
 }
