@@ -215,7 +215,7 @@ impl Structure {
         self.scale_or_measure::<false>(values, &mut [], scale, largest);
     }
 
-    /// Of `scaled` and `largest` the one that is asked for is written, and the other empty.
+    /// Writes the one of `scaled` and `largest` that is asked for; the other is empty.
     fn scale_or_measure<const STORES: bool>(
         &self,
         values: &[f64],

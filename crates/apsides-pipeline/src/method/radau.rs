@@ -37,7 +37,12 @@ const KEYS: &[Key] = &[
         1_000_000,
         "most collocation points of all phases; refinement ends there",
     ),
-    Key::number("radau.nlp_tolerance", 1e-10, Range::TOLERANCE, "scaled optimality error of each solve"),
+    Key::number(
+        "radau.nlp_tolerance",
+        1e-10,
+        Range::TOLERANCE,
+        "scaled optimality error of each solve; a tenth of it where the error between the points hangs above its tolerance",
+    ),
 ];
 
 /// Keys of settings, by the names of their fields.
