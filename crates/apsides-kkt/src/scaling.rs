@@ -46,7 +46,8 @@ pub(crate) fn power_of_two(x: f64) -> f64 {
 
 /// A power of two within a factor of two of `1 / sqrt(x)`, by its exponent alone.
 fn near_inverse_root(x: f64) -> f64 {
-    // The exponent `e` of a normal number is stored as `e + 1023`; `1023 - floor((e + 1) / 2)` is that of the root, without a negative number.
+    // A normal number stores its exponent `e` as `e + 1023`. The result stores `1023 - floor((e + 1) / 2)`, here found without negative numbers,
+    // which vectors shift more easily.
     let stored = x.max(f64::MIN_POSITIVE).to_bits() >> 52;
     f64::from_bits((1535 - ((stored + 2) >> 1)) << 52)
 }

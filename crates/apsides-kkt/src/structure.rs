@@ -310,7 +310,9 @@ impl Structure {
                     largest[lane] = larger(column_size[lane], largest[lane]);
                 }
             }
-            let outside = if STORES { &[] } else { outside };
+            if STORES {
+                continue;
+            }
             for (places, size) in outside.iter().zip(sizes) {
                 for (&row, size) in places.iter().zip(size) {
                     largest[row as usize] = larger(size, largest[row as usize]);
