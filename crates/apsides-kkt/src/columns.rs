@@ -4,10 +4,18 @@
 pub(crate) const MOST_COLUMNS: usize = 2;
 
 /// The first `R` of some columns.
-#[expect(clippy::expect_used, reason = "invariant: no more columns than there are")]
 pub(crate) fn first_columns<const R: usize>(columns: &mut [Vec<f64>; MOST_COLUMNS]) -> [&mut [f64]; R] {
+    columns_from(columns, 0)
+}
+
+/// `R` columns from number `first`.
+#[expect(clippy::expect_used, reason = "invariant: no more columns than there are")]
+pub(crate) fn columns_from<const R: usize>(
+    columns: &mut [Vec<f64>; MOST_COLUMNS],
+    first: usize,
+) -> [&mut [f64]; R] {
     const { assert!(R <= MOST_COLUMNS) };
-    columns
+    columns[first..]
         .first_chunk_mut()
         .expect("invariant: no more columns than there are")
         .each_mut()

@@ -6,7 +6,7 @@
 //! doi:10.1137/060661545.
 
 use crate::KktSettings;
-use crate::columns::{MOST_COLUMNS, first_columns};
+use crate::columns::{MOST_COLUMNS, columns_from};
 use crate::norms::{maxima, maximum};
 use crate::structure::Structure;
 
@@ -115,11 +115,47 @@ pub(crate) struct Refiner {
     tolerance: f64,
     /// Most solves with a factor.
     limit: usize,
-    /// One of each right-hand side.
+    /// One of each right-hand side: the residual of its solution; a correction, then the solution with it, and its residual.
     residuals: [Vec<f64>; MOST_COLUMNS],
-    trial: Vec<f64>,
-    trial_residual: Vec<f64>,
+    trials: [Vec<f64>; MOST_COLUMNS],
+    trial_residuals: [Vec<f64>; MOST_COLUMNS],
     krylov: Krylov,
+}
+
+/// The refinement of one solution.
+#[derive(Clone, Copy)]
+struct Progress {
+    measure: Measure,
+    /// Solves with the factor.
+    solves: usize,
+    converged: bool,
+    next: Next,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Next {
+    Classical,
+    Gmres,
+    /// Nothing helps any more.
+    End,
+}
+
+impl Progress {
+    fn goes_on(&self, limit: usize, next: Next) -> bool {
+        !self.converged && self.solves < limit && self.next == next
+    }
+
+    /// Decides how to go on after a step from a residual of the size `before`.
+    fn conclude(&mut self, before: f64, tolerance: f64) {
+        // A residual that still halves is more than rounding.
+        let stagnates = self.measure.weighed > STAGNATION * before;
+        self.converged = self.measure.weighed <= if stagnates { self.measure.goal } else { tolerance };
+        self.next = match self.next {
+            Next::Classical if self.measure.weighed > CONTRACTION * before => Next::Gmres,
+            Next::Gmres if stagnates => Next::End,
+            next => next,
+        };
+    }
 }
 
 /// Arnoldi basis and the least-squares problem of GMRES.
@@ -140,12 +176,13 @@ impl Refiner {
     /// Refinement of solutions of systems of `n` rows.
     pub(crate) fn new(n: usize, settings: &KktSettings) -> Self {
         let steps = settings.max_refinements.min(n).min(CYCLE);
+        let vectors = || std::array::from_fn(|_| vec![0.0; n]);
         Self {
             tolerance: settings.residual_tolerance,
             limit: settings.max_refinements.saturating_add(1),
-            residuals: std::array::from_fn(|_| vec![0.0; n]),
-            trial: vec![0.0; n],
-            trial_residual: vec![0.0; n],
+            residuals: vectors(),
+            trials: vectors(),
+            trial_residuals: vectors(),
             krylov: Krylov {
                 steps,
                 basis: Vec::with_capacity(n * (steps + 1)),
@@ -171,18 +208,20 @@ impl Refiner {
         for (x, _) in x.iter_mut().zip(finite).filter(|(_, finite)| !finite) {
             x.fill(0.0);
         }
-        let mut residuals: [&mut [f64]; R] = first_columns(&mut self.residuals);
+        let mut residuals: [&mut [f64]; R] = columns_from(&mut self.residuals, 0);
         for (residual, system) in residuals.iter_mut().zip(&systems) {
             residual.copy_from_slice(system.rhs);
         }
-        if let Some(system) = systems.first() {
-            let x = x.each_ref().map(|x| &**x);
-            system.structure.subtract_product(system.values, x, residuals);
-        }
-        std::array::from_fn(|k| {
+        subtract_products(&systems, &x, residuals);
+        let mut progress: [Progress; R] = std::array::from_fn(|k| {
             let measure = systems[k].measure(x[k], self.tolerance, &self.residuals[k]);
-            self.improve(k, systems[k], factor, x[k], measure, 1)
-        })
+            self.begin(k, systems[k], x[k], measure, 1)
+        });
+        // Steps that all want are taken at once.
+        while R > 1 && progress.iter().all(|progress| progress.goes_on(self.limit, Next::Classical)) {
+            self.classical_step(0, systems, factor, x.each_mut().map(|x| &mut **x), &mut progress);
+        }
+        std::array::from_fn(|k| self.improve(k, systems[k], factor, x[k], progress[k]))
     }
 
     /// Improves a solution with another factor, or finds one if there is none yet. `x` only ever becomes better, and stays finite.
@@ -201,65 +240,130 @@ impl Refiner {
             }
         }
         let measure = system.residual(x, self.tolerance, &mut self.residuals[0]);
-        self.improve(0, system, factor, x, measure, solves)
+        let progress = self.begin(0, system, x, measure, solves);
+        self.improve(0, system, factor, x, progress)
     }
 
-    /// Improves a solution whose residual is number `k`, after so many solves with the factor.
+    /// The refinement of a solution whose residual is number `k`, after so many solves with the factor.
+    fn begin(
+        &mut self,
+        k: usize,
+        system: System<'_>,
+        x: &mut [f64],
+        mut measure: Measure,
+        solves: usize,
+    ) -> Progress {
+        let converged = measure.weighed <= measure.goal;
+        if measure.whole.is_nan() || measure.whole > 1.0 {
+            // Worse than nothing: start from zero.
+            x.fill(0.0);
+            measure = system.residual(x, self.tolerance, &mut self.residuals[k]);
+        }
+        Progress { measure, solves, converged, next: Next::Classical }
+    }
+
+    /// Improves a solution whose residual is number `k`.
     fn improve(
         &mut self,
         k: usize,
         system: System<'_>,
         factor: &mut impl Substitution,
         x: &mut [f64],
-        mut measure: Measure,
-        mut solves: usize,
+        progress: Progress,
     ) -> Outcome {
-        let (tolerance, limit) = (self.tolerance, self.limit);
-        let residual = &mut self.residuals[k];
-        let mut converged = measure.weighed <= measure.goal;
-        if measure.whole.is_nan() || measure.whole > 1.0 {
-            // Worse than nothing: start from zero.
-            x.fill(0.0);
-            measure = system.residual(x, tolerance, residual);
+        let mut progress = [progress];
+        while progress[0].goes_on(self.limit, Next::Classical) {
+            self.classical_step(k, [system], factor, [&mut *x], &mut progress);
         }
-        let mut classical = true;
-        while !converged && solves < limit {
-            let before = measure.weighed;
-            // The correction goes to `trial`.
-            let solved = if classical {
-                self.trial.copy_from_slice(residual);
-                solves += 1;
-                factor.solve(&mut self.trial)
-            } else {
-                let target = 0.5 * measure.goal * system.rhs_norm;
-                let budget = limit - solves;
-                let spent = self.krylov.solve(system, factor, residual, &mut self.trial, target, budget);
-                solves += spent.unwrap_or(budget);
-                spent.is_some()
-            };
-            if solved {
-                for (t, &x) in self.trial.iter_mut().zip(&*x) {
-                    *t += x;
-                }
-                let trial = system.residual(&self.trial, tolerance, &mut self.trial_residual);
-                if trial.weighed < measure.weighed {
-                    x.copy_from_slice(&self.trial);
-                    std::mem::swap(residual, &mut self.trial_residual);
-                    measure = trial;
-                }
-            } else if classical {
-                break;
-            }
-            // A residual that still halves is more than rounding.
-            let stagnates = measure.weighed > STAGNATION * before;
-            converged = measure.weighed <= if stagnates { measure.goal } else { tolerance };
-            if classical {
-                classical = measure.weighed <= CONTRACTION * before;
-            } else if stagnates {
-                break;
-            }
+        while progress[0].goes_on(self.limit, Next::Gmres) {
+            self.gmres_cycle(k, system, factor, x, &mut progress[0]);
         }
+        let [Progress { measure, solves, .. }] = progress;
         Outcome { residual: measure.whole, converged: measure.weighed <= measure.goal, solves }
+    }
+
+    /// Corrects solutions, whose residuals begin with number `first`, by a solve with the factor.
+    fn classical_step<const R: usize>(
+        &mut self,
+        first: usize,
+        systems: [System<'_>; R],
+        factor: &mut impl Substitution,
+        x: [&mut [f64]; R],
+        progress: &mut [Progress; R],
+    ) {
+        let mut corrections: [&mut [f64]; R] = columns_from(&mut self.trials, first);
+        for (correction, residual) in corrections.iter_mut().zip(&self.residuals[first..]) {
+            correction.copy_from_slice(residual);
+        }
+        let solved = factor.solve_columns(corrections);
+        let before = progress.map(|progress| progress.measure.weighed);
+        self.take_corrections(first, systems, x, progress, solved);
+        for ((progress, before), solved) in progress.iter_mut().zip(before).zip(solved) {
+            progress.solves += 1;
+            progress.conclude(before, self.tolerance);
+            if !solved {
+                progress.next = Next::End;
+            }
+        }
+    }
+
+    /// Corrects a solution whose residual is number `k` by a cycle of GMRES.
+    fn gmres_cycle(
+        &mut self,
+        k: usize,
+        system: System<'_>,
+        factor: &mut impl Substitution,
+        x: &mut [f64],
+        progress: &mut Progress,
+    ) {
+        let before = progress.measure.weighed;
+        let target = 0.5 * progress.measure.goal * system.rhs_norm;
+        let budget = self.limit - progress.solves;
+        let (residual, correction) = (&self.residuals[k], &mut self.trials[k]);
+        let spent = self.krylov.solve(system, factor, residual, correction, target, budget);
+        progress.solves += spent.unwrap_or(budget);
+        let mut progresses = [*progress];
+        self.take_corrections(k, [system], [x], &mut progresses, [spent.is_some()]);
+        [*progress] = progresses;
+        progress.conclude(before, self.tolerance);
+    }
+
+    /// Takes the corrections in `trials`, of those that are solved, that make the residual smaller.
+    fn take_corrections<const R: usize>(
+        &mut self,
+        first: usize,
+        systems: [System<'_>; R],
+        x: [&mut [f64]; R],
+        progress: &mut [Progress; R],
+        solved: [bool; R],
+    ) {
+        for k in 0..R {
+            for (trial, &x) in self.trials[first + k].iter_mut().zip(&*x[k]) {
+                *trial += x;
+            }
+            self.trial_residuals[first + k].copy_from_slice(systems[k].rhs);
+        }
+        subtract_products(
+            &systems,
+            &columns_from(&mut self.trials, first),
+            columns_from(&mut self.trial_residuals, first),
+        );
+        for ((k, x), progress) in x.into_iter().enumerate().zip(progress).filter(|((k, _), _)| solved[*k]) {
+            let (trial, residual) = (&self.trials[first + k], &mut self.trial_residuals[first + k]);
+            let measure = systems[k].measure(trial, self.tolerance, residual);
+            if measure.weighed < progress.measure.weighed {
+                x.copy_from_slice(trial);
+                std::mem::swap(&mut self.residuals[first + k], residual);
+                progress.measure = measure;
+            }
+        }
+    }
+}
+
+/// Subtracts the products of the matrix that systems share with vectors from others.
+fn subtract_products<const R: usize>(systems: &[System<'_>; R], x: &[&mut [f64]; R], out: [&mut [f64]; R]) {
+    if let Some(system) = systems.first() {
+        system.structure.subtract_product(system.values, x.each_ref().map(|x| &**x), out);
     }
 }
 
