@@ -160,6 +160,7 @@ const OWNERS: &[(&str, &str)] = &[
     ("faer", "kkt"),
     ("pulp", "ad"),
     ("pulp", "kkt"),
+    ("pulp", "nlp"),
     ("pulp", "shooting"),
     ("pulp", "stage-cone"),
     ("pulp", "terrain"),

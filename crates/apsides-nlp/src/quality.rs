@@ -1,6 +1,8 @@
 //! The quality function of the adaptive strategy (Nocedal, Waechter and Waltz 2009, doi 10.1137/060649513, section 4): a linear model of the
 //! squared optimality error after a step, as a function of the barrier parameter.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use crate::state::SolverState;
 use crate::vector::dot;
 
@@ -8,76 +10,71 @@ use crate::vector::dot;
 const LANES: usize = 4;
 
 /// The model: all that an evaluation needs of each bound, side by side; allocated once.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct QualityFunction {
     bounds: Vec<Lanes>,
     count: usize,
     /// Mean squares of the dual residual and of the constraints.
     dual_error: f64,
     primal_error: f64,
+    /// Part of a slack or of a multiplier that a step may take.
+    tau: f64,
+    arch: Arch,
 }
 
-/// Slacks and multipliers of some bounds, their affine steps, and the derivatives of their steps by the barrier parameter. A lane without a
-/// bound has nothing.
+/// Some bounds: products of slack and multiplier, and the relative changes of both. A lane without a bound has nothing.
 #[derive(Debug, Clone, Copy)]
 struct Lanes {
-    slack: PackedSide,
-    multiplier: PackedSide,
+    product: [f64; LANES],
+    slack: RelativeStep,
+    multiplier: RelativeStep,
 }
 
+/// Affine step, and derivative of the step by the barrier parameter, relative to what they change.
 #[derive(Debug, Clone, Copy)]
-struct PackedSide {
-    value: [f64; LANES],
+struct RelativeStep {
     affine: [f64; LANES],
     centring: [f64; LANES],
-    /// Affine and centring step relative to what a step may take of the value.
-    affine_part: [f64; LANES],
-    centring_part: [f64; LANES],
 }
 
-impl PackedSide {
-    const NONE: Self = Self {
-        value: [0.0; LANES],
-        affine: [0.0; LANES],
-        centring: [0.0; LANES],
-        affine_part: [0.0; LANES],
-        centring_part: [0.0; LANES],
-    };
+impl RelativeStep {
+    const NONE: Self = Self { affine: [0.0; LANES], centring: [0.0; LANES] };
 
-    fn set(&mut self, lane: usize, [value, affine, centring]: [f64; 3], tau: f64) {
-        self.value[lane] = value;
-        (self.affine[lane], self.centring[lane]) = (affine, centring);
-        let most = tau * value;
-        (self.affine_part[lane], self.centring_part[lane]) = (affine / most, centring / most);
+    fn set(&mut self, lane: usize, [value, affine, centring]: [f64; 3]) {
+        (self.affine[lane], self.centring[lane]) = (affine / value, centring / value);
     }
 
-    /// Raises the largest decreases to those of a step with this barrier parameter, in parts of what a step may take.
+    /// The relative change of a step with this barrier parameter.
+    #[inline(always)]
+    fn change(&self, lane: usize, barrier: f64) -> f64 {
+        self.affine[lane] + barrier * self.centring[lane]
+    }
+
+    /// Raises the largest relative decreases to those of a step with this barrier parameter.
     #[inline(always)]
     fn raise(&self, barrier: f64, largest: &mut [f64; LANES]) {
         for lane in 0..LANES {
-            let decrease = -(self.affine_part[lane] + barrier * self.centring_part[lane]);
+            let decrease = -self.change(lane, barrier);
             largest[lane] = if decrease > largest[lane] { decrease } else { largest[lane] };
         }
-    }
-
-    /// The value after a part of the step.
-    #[inline(always)]
-    fn after(&self, lane: usize, part: f64, barrier: f64) -> f64 {
-        self.value[lane] + part * (self.affine[lane] + barrier * self.centring[lane])
     }
 }
 
 impl QualityFunction {
+    /// A model of nothing, of steps that may take so much of a slack or of a multiplier.
+    pub(crate) fn new(tau: f64) -> Self {
+        Self { bounds: Vec::new(), count: 0, dual_error: 0.0, primal_error: 0.0, tau, arch: Arch::new() }
+    }
+
     /// Takes in the affine direction in `step` and the centring direction in `corrected`.
     pub(crate) fn take_in(&mut self, state: &SolverState) {
         let mean = |values: &[f64]| dot(values, values) / values.len().max(1) as f64;
         let (point, bounds, step, centring) = (&state.current, &state.bounds, &state.step, &state.corrected);
         self.dual_error = mean(&state.dual_residual);
         self.primal_error = mean(&point.constraints);
-        let tau = state.settings.boundary_fraction;
         self.count = bounds.len();
         self.bounds.clear();
-        let none = Lanes { slack: PackedSide::NONE, multiplier: PackedSide::NONE };
+        let none = Lanes { product: [0.0; LANES], slack: RelativeStep::NONE, multiplier: RelativeStep::NONE };
         self.bounds.resize(self.count.div_ceil(LANES), none);
         let lower = bounds.lower_set.iter().map(|&i| {
             let slack = [point.lower_slack[i], step.v[i], centring.v[i]];
@@ -89,25 +86,32 @@ impl QualityFunction {
         });
         for (k, (slack, multiplier)) in lower.chain(upper).enumerate() {
             let lanes = &mut self.bounds[k / LANES];
-            lanes.slack.set(k % LANES, slack, tau);
-            lanes.multiplier.set(k % LANES, multiplier, tau);
+            lanes.product[k % LANES] = slack[0] * multiplier[0];
+            lanes.slack.set(k % LANES, slack);
+            lanes.multiplier.set(k % LANES, multiplier);
         }
     }
 
     /// The modelled error after the longest steps with this barrier parameter.
     pub(crate) fn value(&self, barrier: f64) -> f64 {
-        let (mut primal, mut dual) = ([1.0; LANES], [1.0; LANES]);
+        self.arch.dispatch(Evaluation { function: self, barrier })
+    }
+
+    #[inline(always)]
+    fn evaluate(&self, barrier: f64) -> f64 {
+        let (mut primal, mut dual) = ([self.tau; LANES], [self.tau; LANES]);
         for lanes in &self.bounds {
             lanes.slack.raise(barrier, &mut primal);
             lanes.multiplier.raise(barrier, &mut dual);
         }
-        let longest = |decreases: [f64; LANES]| 1.0 / decreases.into_iter().fold(1.0, f64::max);
+        let longest = |decreases: [f64; LANES]| self.tau / decreases.into_iter().fold(self.tau, f64::max);
         let (primal, dual) = (longest(primal), longest(dual));
         let mut sums = [0.0; LANES];
         for lanes in &self.bounds {
             for lane in 0..LANES {
-                let product =
-                    lanes.slack.after(lane, primal, barrier) * lanes.multiplier.after(lane, dual, barrier);
+                let slack = 1.0 + primal * lanes.slack.change(lane, barrier);
+                let multiplier = 1.0 + dual * lanes.multiplier.change(lane, barrier);
+                let product = lanes.product[lane] * (slack * multiplier);
                 sums[lane] += product * product;
             }
         }
@@ -115,6 +119,21 @@ impl QualityFunction {
         (1.0 - dual).powi(2) * self.dual_error
             + (1.0 - primal).powi(2) * self.primal_error
             + complementarity / self.count as f64
+    }
+}
+
+/// Compiled for the vectors of the machine; lanes are treated alike by all of them.
+struct Evaluation<'a> {
+    function: &'a QualityFunction,
+    barrier: f64,
+}
+
+impl WithSimd for Evaluation<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        self.function.evaluate(self.barrier)
     }
 }
 
@@ -152,7 +171,7 @@ mod tests {
     #[test]
     fn the_model_is_the_error_after_the_longest_steps() {
         let state = state();
-        let mut quality = QualityFunction::default();
+        let mut quality = QualityFunction::new(state.settings.boundary_fraction);
         quality.take_in(&state);
         for barrier in [0.0, 1e-3, 0.3] {
             let step = |affine: &[f64], centring: &[f64], i: usize| affine[i] + barrier * centring[i];

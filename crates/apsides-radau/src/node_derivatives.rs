@@ -31,14 +31,36 @@ pub(crate) enum SecondDerivative {
     ByTimes { entry: Option<usize>, ends: [End; 2] },
 }
 
-/// The quantities that are known at a node: its share of the arc, its factor, the duration of the arc or one, and what the function does there.
+/// A node of an arc: first column of its `[x, u]`, its part of the duration of the arc, and the factor of the term there.
 #[derive(Clone, Copy)]
-pub(crate) struct NodeValues<'a> {
+pub(crate) struct Point {
+    pub(crate) column: usize,
     pub(crate) fraction: f64,
     pub(crate) factor: f64,
+}
+
+/// The quantities that are known at consecutive nodes: their points, the duration of the arc or one, and what the function does there, node
+/// after node.
+#[derive(Clone, Copy)]
+pub(crate) struct NodeValues<'a> {
+    pub(crate) points: &'a [Point],
     pub(crate) duration: f64,
     pub(crate) values: &'a [f64],
     pub(crate) entries: &'a [f64],
+}
+
+/// The same of the weighted sum of the outputs: entries of its Hessian and its gradient.
+#[derive(Clone, Copy)]
+pub(crate) struct WeightedNodeValues<'a> {
+    pub(crate) points: &'a [Point],
+    pub(crate) duration: f64,
+    pub(crate) hessians: &'a [f64],
+    pub(crate) slopes: &'a [f64],
+}
+
+/// Item `k` of each node, of those that have `width` items each.
+fn of_each<T>(items: &[T], width: usize, k: usize) -> impl Iterator<Item = &T> {
+    items.iter().skip(k).step_by(width.max(1))
 }
 
 /// The derivatives of one function on an arc, in the order of their entries.
@@ -51,6 +73,8 @@ pub(crate) struct NodeDerivatives {
     uses_slope: bool,
     /// Output and input of each Jacobian entry of the function.
     places: Vec<(usize, usize)>,
+    outputs: usize,
+    hessian_len: usize,
 }
 
 impl NodeDerivatives {
@@ -109,70 +133,126 @@ impl NodeDerivatives {
             matches!(second, ThroughDuration { .. } | ByTimes { .. })
         };
         let uses_slope = second.iter().any(takes_slope);
-        Self { is_rate, time_input, first, second, uses_slope, places }
-    }
-
-    /// The value of a first derivative.
-    #[inline]
-    pub(crate) fn first_value(&self, first: &FirstDerivative, at: &NodeValues<'_>) -> f64 {
-        match *first {
-            FirstDerivative::ByInput { entry, .. } => at.factor * at.duration * at.entries[entry],
-            FirstDerivative::ByTime { output, entry, end } => {
-                let by_time = entry.map_or(0.0, |k| at.duration * at.entries[k]);
-                let direct = if self.is_rate { at.values[output] } else { 0.0 };
-                at.factor
-                    * match end {
-                        End::Start => share(1.0 - at.fraction, by_time) - direct,
-                        End::Final => share(at.fraction, by_time) + direct,
-                    }
-            }
+        Self {
+            is_rate,
+            time_input,
+            first,
+            second,
+            uses_slope,
+            places,
+            outputs: pattern.row_offsets.len() - 1,
+            hessian_len: pattern.hessian_len(),
         }
     }
 
-    /// The value of a second derivative, from the Hessian entries of the weighted sum of the outputs and its gradient.
-    #[inline]
-    pub(crate) fn second_value(
+    /// Calls `take` with each value of a first derivative, node after node; one derivative at all nodes at a time, so that its formula is chosen once.
+    pub(crate) fn first_values(
         &self,
-        second: &SecondDerivative,
-        (fraction, duration): (f64, f64),
-        hessian: &[f64],
-        slope: &[f64],
-    ) -> f64 {
-        match *second {
-            SecondDerivative::ByInputs { entry, .. } => duration * hessian[entry],
-            SecondDerivative::AlongTime { entry, end, .. } => {
-                let weight = if end == End::Start { 1.0 - fraction } else { fraction };
-                share(weight, duration * hessian[entry])
-            }
-            SecondDerivative::ThroughDuration { input, end } => {
-                if end == End::Start {
-                    -slope[input]
-                } else {
-                    slope[input]
+        first: &FirstDerivative,
+        at: NodeValues<'_>,
+        take: &mut impl FnMut(f64),
+    ) {
+        let NodeValues { points, duration, values, entries } = at;
+        let [outputs, width] = [self.outputs, self.places.len()];
+        match *first {
+            FirstDerivative::ByInput { entry, .. } => {
+                for (p, v) in points.iter().zip(of_each(entries, width, entry)) {
+                    take(p.factor * duration * v);
                 }
             }
-            SecondDerivative::ByTimes { entry, ends } => {
-                let twice = entry.map_or(0.0, |k| duration * hessian[k]);
-                let s = if self.is_rate { slope[self.time_input] } else { 0.0 };
-                let (a, b) = (1.0 - fraction, fraction);
-                match ends {
-                    [End::Start, End::Start] => share(a * a, twice) - 2.0 * a * s,
-                    [End::Final, End::Final] => share(b * b, twice) + 2.0 * b * s,
-                    _ => share(a * b, twice) + (a - b) * s,
+            FirstDerivative::ByTime { output, entry, end } => {
+                for (k, p) in points.iter().enumerate() {
+                    let by_time = entry.map_or(0.0, |entry| duration * entries[k * width + entry]);
+                    let direct = if self.is_rate { values[k * outputs + output] } else { 0.0 };
+                    take(
+                        p.factor
+                            * match end {
+                                End::Start => share(1.0 - p.fraction, by_time) - direct,
+                                End::Final => share(p.fraction, by_time) + direct,
+                            },
+                    );
                 }
             }
         }
     }
 
-    /// Writes the gradient of the weighted sum of the outputs by the inputs, from the Jacobian entries at a node, if second derivatives take it.
-    pub(crate) fn fill_slope(&self, entries: &[f64], weights: &[f64], slope: &mut [f64]) {
+    /// Writes all first derivatives of each node.
+    pub(crate) fn fill_first(&self, at: NodeValues<'_>, target: &mut [f64]) {
+        let width = self.first.len();
+        for (k, first) in self.first.iter().enumerate() {
+            let mut entries = target[k..].iter_mut().step_by(width);
+            self.first_values(first, at, &mut |v| {
+                if let Some(entry) = entries.next() {
+                    *entry = v;
+                }
+            });
+        }
+    }
+
+    /// Writes all second derivatives of each node.
+    pub(crate) fn fill_second(&self, at: WeightedNodeValues<'_>, target: &mut [f64]) {
+        let WeightedNodeValues { points, duration, hessians, slopes } = at;
+        let hessian = |entry| of_each(hessians, self.hessian_len, entry);
+        let slope = |input| of_each(slopes, self.inputs(), input);
+        let width = self.second.len();
+        for (k, second) in self.second.iter().enumerate() {
+            let entries = target[k..].iter_mut().step_by(width);
+            match *second {
+                SecondDerivative::ByInputs { entry, .. } => {
+                    entries.zip(hessian(entry)).for_each(|(e, v)| *e = duration * v);
+                }
+                SecondDerivative::AlongTime { entry, end, .. } => {
+                    for ((e, p), v) in entries.zip(points).zip(hessian(entry)) {
+                        *e = share(p.share_of(end), duration * v);
+                    }
+                }
+                SecondDerivative::ThroughDuration { input, end } => {
+                    let sign = if end == End::Start { -1.0 } else { 1.0 };
+                    entries.zip(slope(input)).for_each(|(e, v)| *e = sign * v);
+                }
+                SecondDerivative::ByTimes { entry, ends } => {
+                    for (k, (e, p)) in entries.zip(points).enumerate() {
+                        let twice =
+                            entry.map_or(0.0, |entry| duration * hessians[k * self.hessian_len + entry]);
+                        let s = if self.is_rate { slopes[k * self.inputs() + self.time_input] } else { 0.0 };
+                        let (a, b) = (p.share_of(End::Start), p.share_of(End::Final));
+                        *e = match ends {
+                            [End::Start, End::Start] => share(a * a, twice) - 2.0 * a * s,
+                            [End::Final, End::Final] => share(b * b, twice) + 2.0 * b * s,
+                            _ => share(a * b, twice) + (a - b) * s,
+                        };
+                    }
+                }
+            }
+        }
+    }
+
+    /// Inputs of the function: the time is the last.
+    fn inputs(&self) -> usize {
+        self.time_input + 1
+    }
+
+    /// Writes the gradients of the weighted sums of the outputs by the inputs, from the Jacobian entries at the nodes, if second derivatives take
+    /// them.
+    pub(crate) fn fill_slopes(&self, entries: &[f64], weights: &[f64], slopes: &mut [f64]) {
         if !self.uses_slope {
             return;
         }
-        slope.fill(0.0);
-        for (&(output, input), v) in self.places.iter().zip(entries) {
-            slope[input] += weights[output] * v;
+        slopes.fill(0.0);
+        for (k, &(output, input)) in self.places.iter().enumerate() {
+            let slopes = slopes[input..].iter_mut().step_by(self.inputs());
+            let weights = of_each(weights, self.outputs, output);
+            for ((slope, v), weight) in slopes.zip(of_each(entries, self.places.len(), k)).zip(weights) {
+                *slope += weight * v;
+            }
         }
+    }
+}
+
+impl Point {
+    /// The part of the time of an end in that of the point.
+    fn share_of(&self, end: End) -> f64 {
+        if end == End::Start { 1.0 - self.fraction } else { self.fraction }
     }
 }
 

@@ -12,7 +12,9 @@ use apsides_ad::NodeFunction;
 use apsides_transcription::{Workers, in_pieces};
 
 use crate::layout::{ArcLayout, CollocationPhase};
-use crate::node_derivatives::{End, FirstDerivative, NodeDerivatives, NodeValues, SecondDerivative};
+use crate::node_derivatives::{
+    End, FirstDerivative, NodeDerivatives, NodeValues, Point, SecondDerivative, WeightedNodeValues,
+};
 
 /// The place to which the outputs of a term go.
 #[derive(Clone, Copy)]
@@ -31,7 +33,6 @@ pub(crate) struct NodeTerm {
     function: Arc<dyn NodeFunction>,
     is_rate: bool,
     target: Target,
-    /// Per node: first column of `[x, u]`, normalised time, factor.
     points: Vec<Point>,
     first_parameter: usize,
     initial_time: usize,
@@ -52,21 +53,14 @@ pub(crate) struct NodeTerm {
     emitted: (usize, usize),
 }
 
-#[derive(Clone, Copy)]
-pub(crate) struct Point {
-    pub(crate) column: usize,
-    pub(crate) fraction: f64,
-    pub(crate) factor: f64,
-}
-
 /// Inputs, weights and Hessians of a batch of nodes.
 #[derive(Clone)]
 struct Scratch {
     inputs: Vec<f64>,
     weights: Vec<f64>,
     hessians: Vec<f64>,
-    /// Gradient of the weighted sum of outputs of one node with respect to the inputs.
-    slope: Vec<f64>,
+    /// Gradients of the weighted sums of outputs with respect to the inputs.
+    slopes: Vec<f64>,
 }
 
 impl NodeTerm {
@@ -99,7 +93,7 @@ impl NodeTerm {
                 inputs: vec![0.0; BATCH * function.inputs()],
                 weights: vec![0.0; BATCH * outputs],
                 hessians: vec![0.0; BATCH * function.pattern().hessian_len()],
-                slope: vec![0.0; function.inputs()],
+                slopes: vec![0.0; BATCH * function.inputs()],
             }],
             emitted: (0, 0),
             function,
@@ -178,21 +172,36 @@ impl NodeTerm {
         });
         (self.outputs, self.scratch) = (outputs, scratch);
         let duration = self.duration(x);
-        let mut cost = 0.0;
-        for (node, p) in self.points.iter().enumerate() {
-            let factor = p.factor * duration;
-            for (k, v) in self.outputs[node * m..(node + 1) * m].iter().enumerate() {
-                if let Some(r) = self.row(node, k)
-                    && !rows.is_empty()
-                {
-                    rows[r] += factor * v;
+        let outputs = self.outputs.chunks_exact(m.max(1));
+        match self.target {
+            Target::Rows { first, stride } => {
+                let rows = rows.get_mut(first..).unwrap_or_default().chunks_mut(stride);
+                for ((p, outputs), rows) in self.points.iter().zip(outputs).zip(rows) {
+                    let factor = p.factor * duration;
+                    rows.iter_mut().zip(outputs).for_each(|(row, v)| *row += factor * v);
                 }
-                if let Target::Sum { cost: weight, .. } = self.target {
-                    cost += weight * factor * v;
+                0.0
+            }
+            Target::Sum { row, cost: weight } => {
+                let mut row = row.and_then(|row| rows.get_mut(row));
+                let mut cost = 0.0;
+                for (p, outputs) in self.points.iter().zip(outputs) {
+                    let factor = p.factor * duration;
+                    for v in outputs {
+                        if let Some(row) = &mut row {
+                            **row += factor * v;
+                        }
+                        cost += weight * factor * v;
+                    }
                 }
+                cost
             }
         }
-        cost
+    }
+
+    /// Says whether the term takes part in rows.
+    pub(crate) fn has_rows(&self) -> bool {
+        !matches!(self.target, Target::Sum { row: None, .. })
     }
 
     /// Says whether the term takes part in the cost.
@@ -247,24 +256,20 @@ impl NodeTerm {
         let (own, rest) = entries.split_at_mut(self.points.len() * width);
         let mut scratch = std::mem::take(&mut self.scratch);
         in_pieces(&mut scratch, self.points.len(), [(own, width)], |nodes, _, [own]| {
-            for (node, own) in nodes.zip(own.chunks_exact_mut(width.max(1))) {
-                let at = self.at_node(node, duration);
-                for (entry, first) in own.iter_mut().zip(&self.derivatives.first) {
-                    *entry = self.derivatives.first_value(first, &at);
-                }
+            if width > 0 {
+                self.derivatives.fill_first(self.at_nodes(nodes, duration), own);
             }
         });
         self.scratch = scratch;
         rest
     }
 
-    /// The quantities that are known at a node after [`refresh`](Self::refresh).
-    fn at_node(&self, node: usize, duration: f64) -> NodeValues<'_> {
-        let Point { fraction, factor, .. } = self.points[node];
-        let (m, e) = (self.function.outputs(), self.entries.len() / self.points.len());
-        let values = &self.values[node * m..(node + 1) * m];
-        let entries = &self.entries[node * e..(node + 1) * e];
-        NodeValues { fraction, factor, duration, values, entries }
+    /// The quantities that are known at nodes after [`refresh`](Self::refresh).
+    fn at_nodes(&self, nodes: Range<usize>, duration: f64) -> NodeValues<'_> {
+        let (m, e) = (self.function.outputs(), self.function.pattern().jacobian_len());
+        let values = &self.values[nodes.start * m..nodes.end * m];
+        let entries = &self.entries[nodes.start * e..nodes.end * e];
+        NodeValues { points: &self.points[nodes], duration, values, entries }
     }
 
     fn time_column(&self, end: End) -> usize {
@@ -295,12 +300,14 @@ impl NodeTerm {
     /// Adds the gradient of the share of the cost.
     pub(crate) fn add_gradient(&self, x: &[f64], gradient: &mut [f64]) {
         let Target::Sum { cost, .. } = self.target else { return };
-        let duration = self.duration(x);
-        for (node, p) in self.points.iter().enumerate() {
-            let at = self.at_node(node, duration);
-            for first in &self.derivatives.first {
-                gradient[self.place_of_first(p, first).1] += cost * self.derivatives.first_value(first, &at);
-            }
+        let at = self.at_nodes(0..self.points.len(), self.duration(x));
+        for first in &self.derivatives.first {
+            let mut points = self.points.iter();
+            self.derivatives.first_values(first, at, &mut |v| {
+                if let Some(p) = points.next() {
+                    gradient[self.place_of_first(p, first).1] += cost * v;
+                }
+            });
         }
     }
 
@@ -317,23 +324,18 @@ impl NodeTerm {
     ) -> &'a mut [f64] {
         let duration = self.duration(x);
         let width = self.emitted.1;
-        let (m, e) = (self.function.outputs(), self.function.pattern().hessian_len());
         let (own, rest) = values.split_at_mut(self.points.len() * width);
         let mut scratch = std::mem::take(&mut self.scratch);
         in_pieces(&mut scratch, self.points.len(), [(own, width)], |nodes, scratch, [own]| {
-            let mut own = own.chunks_exact_mut(width.max(1));
-            for batch in batches(nodes) {
+            if width == 0 {
+                return;
+            }
+            for (batch, own) in batches(nodes).zip(own.chunks_mut(BATCH * width)) {
                 self.weigh(batch.clone(), cost, multipliers, scratch);
-                for ((k, node), own) in batch.enumerate().zip(&mut own) {
-                    let at = self.at_node(node, duration);
-                    let (weights, slope) = (&scratch.weights[k * m..(k + 1) * m], &mut scratch.slope);
-                    self.derivatives.fill_slope(at.entries, weights, slope);
-                    let hessian = &scratch.hessians[k * e..(k + 1) * e];
-                    for (entry, second) in own.iter_mut().zip(&self.derivatives.second) {
-                        let along = (at.fraction, duration);
-                        *entry = self.derivatives.second_value(second, along, hessian, slope);
-                    }
-                }
+                let Scratch { weights, hessians, slopes, .. } = scratch;
+                let NodeValues { points, entries, .. } = self.at_nodes(batch, duration);
+                self.derivatives.fill_slopes(entries, weights, slopes);
+                self.derivatives.fill_second(WeightedNodeValues { points, duration, hessians, slopes }, own);
             }
         });
         self.scratch = scratch;
@@ -344,13 +346,18 @@ impl NodeTerm {
     fn weigh(&self, batch: Range<usize>, cost: f64, multipliers: &[f64], scratch: &mut Scratch) {
         let Scratch { weights, hessians, .. } = scratch;
         let (n, m) = (self.function.inputs(), self.function.outputs());
-        for (k, node) in batch.clone().enumerate() {
-            for (output, weight) in weights[k * m..(k + 1) * m].iter_mut().enumerate() {
-                let mut w = self.row(node, output).map_or(0.0, |r| multipliers[r]);
-                if let Target::Sum { cost: share, .. } = self.target {
-                    w += cost * share;
+        let points = &self.points[batch.clone()];
+        let weights_of_nodes = weights.chunks_exact_mut(m.max(1)).zip(points);
+        match self.target {
+            Target::Rows { first, stride } => {
+                let rows = multipliers[first + batch.start * stride..].chunks(stride);
+                for ((weights, p), rows) in weights_of_nodes.zip(rows) {
+                    weights.iter_mut().zip(rows).for_each(|(weight, y)| *weight = y * p.factor);
                 }
-                *weight = w * self.points[node].factor;
+            }
+            Target::Sum { row, cost: share } => {
+                let weight = row.map_or(0.0, |row| multipliers[row]) + cost * share;
+                weights_of_nodes.for_each(|(weights, p)| weights.fill(weight * p.factor));
             }
         }
         let inputs = &self.inputs[batch.start * n..batch.end * n];

@@ -137,7 +137,7 @@ impl Discretisation for Collocation {
     }
 
     fn add_values(&mut self, x: &[f64], rows: &mut [f64]) {
-        let terms = &mut self.node_terms;
+        let terms = self.node_terms.iter_mut().filter(|t| t.has_rows());
         self.workers.run(|| {
             for t in terms {
                 t.add_values(x, rows);
