@@ -113,6 +113,7 @@ mod resolver;
 mod restoration;
 mod scaled;
 mod scaling;
+mod selection;
 mod sensitivity;
 mod settings;
 mod start;

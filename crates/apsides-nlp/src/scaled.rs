@@ -9,6 +9,7 @@ use crate::error::NlpError;
 use crate::model::{BarrierModel, ResidualUnits, Structure, UnitVariable};
 use crate::problem::{Nlp, Pattern, Stages};
 use crate::scaling::{choose_units, gradient_factors};
+use crate::selection::Selection;
 use crate::settings::{NlpSettings, ScalingMethod};
 
 /// Part of the tolerance for constraints that the relaxation of their bounds may take.
@@ -26,15 +27,20 @@ pub(crate) struct ScaledProblem<'a> {
     kept: Vec<usize>,
     /// Equality value of each kept constraint, scaled; zero for inequalities.
     target: Vec<f64>,
-    /// Position of each structural Jacobian and Hessian value in the user's arrays, and its scaling factor.
-    jacobian_source: Vec<(usize, f64)>,
-    hessian_source: Vec<(usize, f64)>,
+    /// The same, in runs.
+    free_runs: Selection,
+    kept_runs: Selection,
+    /// Structural Jacobian and Hessian values in the user's arrays.
+    jacobian_source: Source,
+    hessian_source: Source,
     units: ResidualUnits,
     factors: ScalingFactors,
     variable_bounds: (Vec<f64>, Vec<f64>),
     constraint_bounds: (Vec<f64>, Vec<f64>),
-    /// Work vectors in the user's units.
+    /// The point at which the problem was last evaluated, scaled and in the user's units.
+    point: Vec<f64>,
     x: Vec<f64>,
+    /// Work vectors in the user's units.
     gradient: Vec<f64>,
     constraints: Vec<f64>,
     multipliers: Vec<f64>,
@@ -65,21 +71,29 @@ fn check_bounds(
     Ok(())
 }
 
+/// Entries of an array of the user's, with their scaling factors.
+#[derive(Default)]
+struct Source {
+    entries: Selection,
+    factors: Vec<f64>,
+}
+
 /// The pattern of the part of the matrix that is kept, and where its values come from.
 fn restrict(
     pattern: &Pattern,
     row_index: &[usize],
     col_index: &[usize],
     factor: impl Fn(usize, usize) -> f64,
-) -> (Pattern, Vec<(usize, f64)>) {
+) -> (Pattern, Source) {
     let mut kept =
         Pattern { rows: Vec::with_capacity(pattern.len()), cols: Vec::with_capacity(pattern.len()) };
-    let mut source = Vec::with_capacity(pattern.len());
+    let mut source = Source { entries: Selection::default(), factors: Vec::with_capacity(pattern.len()) };
     for (entry, (&row, &col)) in pattern.rows.iter().zip(&pattern.cols).enumerate() {
         if row_index[row] != usize::MAX && col_index[col] != usize::MAX {
             kept.rows.push(row_index[row]);
             kept.cols.push(col_index[col]);
-            source.push((entry, factor(row, col)));
+            source.entries.push(entry);
+            source.factors.push(factor(row, col));
         }
     }
     (kept, source)
@@ -268,7 +282,11 @@ impl<'a> ScaledProblem<'a> {
             jacobian_source,
             hessian_source,
             units: residuals,
+            // No point is equal to this one.
+            point: vec![f64::NAN; free.len()],
             x,
+            free_runs: Selection::of(&free),
+            kept_runs: Selection::of(&kept),
             gradient: vec![0.0; n],
             constraints: vec![0.0; m],
             multipliers: vec![0.0; m],
@@ -338,8 +356,11 @@ impl<'a> ScaledProblem<'a> {
         self.nlp.constraint_values(&self.x, &mut self.constraints);
         self.time += clock.elapsed();
         self.counters.constraints += 1;
-        for (value, &i) in values.iter_mut().zip(&self.kept) {
-            *value = self.constraints[i] * self.factors.constraints[i];
+        for (kept, i) in self.kept_runs.runs() {
+            let (own, factors) = (&self.constraints[i.clone()], &self.factors.constraints[i]);
+            for ((value, own), factor) in values[kept].iter_mut().zip(own).zip(factors) {
+                *value = own * factor;
+            }
         }
     }
 
@@ -431,21 +452,31 @@ impl<'a> ScaledProblem<'a> {
 
     fn lagrangian_hessian(&mut self, v: &[f64], objective_factor: f64, y: &[f64], values: &mut [f64]) {
         self.set_point(v);
-        for (y, &i) in y.iter().zip(&self.kept) {
-            self.multipliers[i] = y * self.factors.constraints[i];
+        for (kept, i) in self.kept_runs.runs() {
+            let (own, factors) = (&mut self.multipliers[i.clone()], &self.factors.constraints[i]);
+            for ((own, y), factor) in own.iter_mut().zip(&y[kept]).zip(factors) {
+                *own = y * factor;
+            }
         }
         let clock = Instant::now();
         self.nlp.hessian(&self.x, objective_factor, &self.multipliers, &mut self.hessian);
         self.time += clock.elapsed();
         self.counters.hessian += 1;
-        for (value, &(source, factor)) in values.iter_mut().zip(&self.hessian_source) {
-            *value = self.hessian[source] * factor;
-        }
+        let Source { entries, factors } = &self.hessian_source;
+        entries.scale(&self.hessian, factors, values);
     }
 
     fn set_point(&mut self, v: &[f64]) {
-        for (value, &i) in v.iter().zip(&self.free) {
-            self.x[i] = value / self.factors.variables[i];
+        let v = &v[..self.free.len()];
+        if self.point == v {
+            return;
+        }
+        self.point.copy_from_slice(v);
+        for (kept, i) in self.free_runs.runs() {
+            let (x, factors) = (&mut self.x[i.clone()], &self.factors.variables[i]);
+            for ((x, value), factor) in x.iter_mut().zip(&v[kept]).zip(factors) {
+                *x = value / factor;
+            }
         }
     }
 }
@@ -479,8 +510,12 @@ impl BarrierModel for ScaledProblem<'_> {
         self.time += clock.elapsed();
         self.counters.gradient += 1;
         let (x, slacks) = gradient.split_at_mut(self.free.len());
-        for (value, &i) in x.iter_mut().zip(&self.free) {
-            *value = self.gradient[i] * self.factors.objective / self.factors.variables[i];
+        let objective = self.factors.objective;
+        for (kept, i) in self.free_runs.runs() {
+            let (own, factors) = (&self.gradient[i.clone()], &self.factors.variables[i]);
+            for ((value, own), factor) in x[kept].iter_mut().zip(own).zip(factors) {
+                *value = own * objective / factor;
+            }
         }
         slacks.fill(0.0);
     }
@@ -501,9 +536,8 @@ impl BarrierModel for ScaledProblem<'_> {
         self.nlp.jacobian(&self.x, &mut self.jacobian);
         self.time += clock.elapsed();
         self.counters.jacobian += 1;
-        for (value, &(source, factor)) in values.iter_mut().zip(&self.jacobian_source) {
-            *value = self.jacobian[source] * factor;
-        }
+        let Source { entries, factors } = &self.jacobian_source;
+        entries.scale(&self.jacobian, factors, values);
     }
 
     fn hessian(&mut self, v: &[f64], y: &[f64], values: &mut [f64], diagonal: &mut [f64]) {

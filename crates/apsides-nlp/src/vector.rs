@@ -93,15 +93,28 @@ impl LogarithmSum {
     /// Adds the logarithms of the values of some items.
     pub(crate) fn add<T>(&mut self, items: &[T], value: impl Fn(&T) -> f64) {
         const RANGE: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
-        for chunk in items.chunks(LANES) {
-            for (product, item) in self.products.iter_mut().zip(chunk) {
-                *product *= value(item);
+        let (chunks, rest) = items.as_chunks::<LANES>();
+        for chunk in chunks {
+            let mut is_inside = true;
+            for k in 0..LANES {
+                self.products[k] *= value(&chunk[k]);
+                is_inside &= RANGE.contains(&self.products[k]);
             }
-            if !self.products.iter().all(|product| RANGE.contains(product)) {
-                self.sum = self.value();
-                self.products = [1.0; LANES];
+            if !is_inside {
+                self.take_in_products();
             }
         }
+        for (product, item) in self.products.iter_mut().zip(rest) {
+            *product *= value(item);
+        }
+        if !self.products.iter().all(|product| RANGE.contains(product)) {
+            self.take_in_products();
+        }
+    }
+
+    fn take_in_products(&mut self) {
+        self.sum = self.value();
+        self.products = [1.0; LANES];
     }
 
     /// The sum so far.
