@@ -3,6 +3,8 @@
 //! Ruiz, "A scaling algorithm to equilibrate both rows and columns norms in matrices", RAL-TR-2001-034 (2001),
 //! in the maximum norm. Powers of two keep the scaling free of rounding.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use crate::structure::Structure;
 
 /// Sweeps over the matrix; the spread of the row norms is roughly square-rooted by each.
@@ -16,21 +18,38 @@ pub(crate) fn equilibrate(
     scale: &mut [f64],
     largest: &mut [f64],
 ) {
+    structure.measure(values, largest);
     scale.fill(1.0);
-    for _ in 0..SWEEPS {
-        structure.measure(values, scale, largest);
+    for sweep in 1..=SWEEPS {
+        let balanced = Arch::new().dispatch(Balance { scale, largest });
+        if balanced || sweep == SWEEPS {
+            break;
+        }
+        structure.measure_scaled(values, scale, largest);
+    }
+    structure.scale(values, scaled, scale);
+}
+
+/// Brings the scales of rows nearer to those that make their largest magnitudes one. Says whether all were near enough.
+struct Balance<'a> {
+    scale: &'a mut [f64],
+    largest: &'a [f64],
+}
+
+impl WithSimd for Balance<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
         // Without branches, so that rows go side by side.
         let mut done = true;
-        for (s, &size) in scale.iter_mut().zip(&*largest) {
+        for (s, &size) in self.scale.iter_mut().zip(self.largest) {
             let is_near = (0.25..=4.0).contains(&size) | (size == 0.0);
             *s *= if is_near { 1.0 } else { near_inverse_root(size) };
             done &= is_near;
         }
-        if done {
-            break;
-        }
+        done
     }
-    structure.scale(values, scaled, scale);
 }
 
 /// Smallest of the largest magnitudes of the rows that are not zero; 1 if all are.
@@ -45,6 +64,7 @@ pub(crate) fn power_of_two(x: f64) -> f64 {
 }
 
 /// A power of two within a factor of two of `1 / sqrt(x)`, by its exponent alone.
+#[inline(always)]
 fn near_inverse_root(x: f64) -> f64 {
     // A normal number stores its exponent `e` as `e + 1023`. The result stores `1023 - floor((e + 1) / 2)`, here found without negative numbers,
     // which vectors shift more easily.

@@ -49,7 +49,8 @@ impl Structure {
             let (a, b) = (position[row], position[col]);
             let (first, second) = (a.min(b) as usize, a.max(b) as usize);
             if first < begin {
-                triplet_position[t] = places.touch(first, second);
+                // Its value and its lane, until values have positions.
+                triplet_position[t] = places.touch(first, second) * LANES as u32 + (first % LANES) as u32;
             } else {
                 rest_rows.push(first - begin);
                 rest_cols.push(second - begin);
@@ -64,15 +65,14 @@ impl Structure {
         }
         let identity: Vec<u32> = (0..(n - begin) as u32).collect();
         let rest = Pattern::new(n - begin, &rest_rows, &rest_cols, &identity)?;
-        let mut next = rest_triplets.iter().zip(&rest.triplet_position).peekable();
-        for (t, (&row, &col)) in rows.iter().zip(cols).enumerate() {
-            triplet_position[t] = match next.next_if(|(triplet, _)| **triplet == t) {
-                Some((_, &p)) => rest_at as u32 + p,
-                None => {
-                    let lane = position[row].min(position[col]) % LANES as u32;
-                    lane_position[triplet_position[t] as usize] + lane
-                }
-            };
+        if rest_triplets.len() < rows.len() {
+            for triplet in &mut triplet_position {
+                let (value, lane) = (*triplet as usize / LANES, *triplet % LANES as u32);
+                *triplet = lane_position[value] + lane;
+            }
+        }
+        for (t, p) in rest_triplets.into_iter().zip(&rest.triplet_position) {
+            triplet_position[t] = rest_at as u32 + p;
         }
         diagonal.extend((0..rest.n).map(|row| (rest_at + rest.diagonal(row)) as u32));
         Ok(Self {
@@ -207,16 +207,21 @@ impl Structure {
 
     /// Writes `S A S`.
     pub(crate) fn scale(&self, values: &[f64], scaled: &mut [f64], scale: &[f64]) {
-        self.scale_or_measure::<true>(values, scaled, scale, &mut []);
+        self.scale_or_measure::<true, true>(values, scaled, scale, &mut []);
     }
 
     /// The largest magnitude in each row of `S A S`, which is not stored.
-    pub(crate) fn measure(&self, values: &[f64], scale: &[f64], largest: &mut [f64]) {
-        self.scale_or_measure::<false>(values, &mut [], scale, largest);
+    pub(crate) fn measure_scaled(&self, values: &[f64], scale: &[f64], largest: &mut [f64]) {
+        self.scale_or_measure::<false, true>(values, &mut [], scale, largest);
     }
 
-    /// Writes the one of `scaled` and `largest` that is asked for; the other is empty.
-    fn scale_or_measure<const STORES: bool>(
+    /// The largest magnitude in each row of `A`.
+    pub(crate) fn measure(&self, values: &[f64], largest: &mut [f64]) {
+        self.scale_or_measure::<false, false>(values, &mut [], &[], largest);
+    }
+
+    /// Writes the one of `scaled` and `largest` that is asked for; the other is empty, and so is `scale` where the matrix is taken as it is.
+    fn scale_or_measure<const STORES: bool, const SCALES: bool>(
         &self,
         values: &[f64],
         scaled: &mut [f64],
@@ -225,7 +230,7 @@ impl Structure {
     ) {
         largest.fill(0.0);
         let (scaled_lanes, sizes) = (&mut *scaled, &mut *largest);
-        self.arch.dispatch(ScaleLanes::<STORES> {
+        self.arch.dispatch(ScaleLanes::<STORES, SCALES> {
             structure: self,
             values,
             scaled: scaled_lanes,
@@ -233,14 +238,14 @@ impl Structure {
             largest: sizes,
         });
         let begin = self.begin();
-        let (scale, values) = (&scale[begin..], &values[self.rest_at..]);
+        let (scale, values) = (scale.get(begin..).unwrap_or_default(), &values[self.rest_at..]);
         let (scaled, largest) =
             if STORES { (&mut scaled[self.rest_at..], largest) } else { (scaled, &mut largest[begin..]) };
-        for (j, &sj) in scale.iter().enumerate() {
+        for j in 0..self.rest.n {
             let mut column_largest = 0.0;
             for p in self.rest.column(j) {
                 let i = self.rest.row_idx[p] as usize;
-                let value = values[p] * (scale[i] * sj);
+                let value = if SCALES { values[p] * (scale[i] * scale[j]) } else { values[p] };
                 if STORES {
                     scaled[p] = value;
                 } else {
@@ -255,7 +260,7 @@ impl Structure {
     }
 
     #[inline(always)]
-    fn scale_lanes<const STORES: bool>(
+    fn scale_lanes<const STORES: bool, const SCALES: bool>(
         &self,
         values: &[f64],
         scaled: &mut [f64],
@@ -270,19 +275,20 @@ impl Structure {
         for Outside { columns, rows } in &self.bundles {
             let outside = &self.outer_rows[rows.clone()];
             for ((scale_outside, size), places) in scale_outside.iter_mut().zip(&mut sizes).zip(outside) {
-                for lane in 0..LANES {
-                    scale_outside[lane] = scale[places[lane] as usize];
+                if SCALES {
+                    for lane in 0..LANES {
+                        scale_outside[lane] = scale[places[lane] as usize];
+                    }
                 }
                 *size = [0.0; LANES];
             }
             for column in columns.clone() {
                 let at = column * LANES;
-                let sj = lanes_of(scale, at);
+                let sj = if SCALES { lanes_of(scale, at) } else { [1.0; LANES] };
                 let mut column_size = [0.0; LANES];
                 for entry in self.inner.column(column) {
                     let (row, a) = (self.inner.row[entry] as usize, inner[entry]);
-                    let si = lanes_of(scale, row);
-                    let value = product(a, si, sj);
+                    let value = if SCALES { product(a, lanes_of(scale, row), sj) } else { a };
                     if STORES {
                         scaled[entry] = value;
                         continue;
@@ -294,7 +300,7 @@ impl Structure {
                 }
                 for entry in self.outer.column(column) {
                     let (k, a) = (self.outer.row[entry] as usize, outer[entry]);
-                    let value = product(a, scale_outside[k], sj);
+                    let value = if SCALES { product(a, scale_outside[k], sj) } else { a };
                     if STORES {
                         scaled[outer_at + entry] = value;
                         continue;
@@ -340,7 +346,7 @@ impl<const R: usize> WithSimd for SubtractLanes<'_, '_, R> {
 }
 
 /// The same for [`Structure::scale`] and [`Structure::measure`].
-struct ScaleLanes<'a, const STORES: bool> {
+struct ScaleLanes<'a, const STORES: bool, const SCALES: bool> {
     structure: &'a Structure,
     values: &'a [f64],
     scaled: &'a mut [f64],
@@ -348,12 +354,12 @@ struct ScaleLanes<'a, const STORES: bool> {
     largest: &'a mut [f64],
 }
 
-impl<const STORES: bool> WithSimd for ScaleLanes<'_, STORES> {
+impl<const STORES: bool, const SCALES: bool> WithSimd for ScaleLanes<'_, STORES, SCALES> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.structure.scale_lanes::<STORES>(self.values, self.scaled, self.scale, self.largest);
+        self.structure.scale_lanes::<STORES, SCALES>(self.values, self.scaled, self.scale, self.largest);
     }
 }
 

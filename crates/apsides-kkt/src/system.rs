@@ -168,9 +168,11 @@ impl KktSystem {
         for (&p, &v) in self.structure.triplet_position.iter().zip(values) {
             self.values[p as usize] += v;
         }
-        for (&p, &shift) in self.structure.diagonal.iter().zip(&self.static_shifts) {
-            // The sign tells primal from dual rows.
-            self.values[p as usize] += if shift.is_sign_positive() { primal_shift } else { -dual_shift };
+        if primal_shift > 0.0 || dual_shift > 0.0 {
+            for (&p, &shift) in self.structure.diagonal.iter().zip(&self.static_shifts) {
+                // The sign tells primal from dual rows.
+                self.values[p as usize] += if shift.is_sign_positive() { primal_shift } else { -dual_shift };
+            }
         }
         if !all_finite(&self.values) {
             let index = values.iter().position(|v| !v.is_finite()).unwrap_or(0);
@@ -181,7 +183,7 @@ impl KktSystem {
             equilibrate(&self.structure, &self.values, &mut self.scaled, &mut self.scale, largest);
             self.unit = 1.0;
         } else {
-            self.structure.measure(&self.values, &self.scale, largest);
+            self.structure.measure(&self.values, largest);
             self.structure.scale(&self.values, &mut self.scaled, &self.scale);
             self.unit = smallest_row(largest);
         }
@@ -256,7 +258,8 @@ impl KktSystem {
             let size = maximum(scaled);
             if size > 0.0 {
                 *unit = power_of_two(size);
-                scaled.iter_mut().for_each(|b| *b /= *unit);
+                let inverse = 1.0 / *unit;
+                scaled.iter_mut().for_each(|b| *b *= inverse);
             }
         }
         let mut qualities = self.solve_scaled::<R>()?;
