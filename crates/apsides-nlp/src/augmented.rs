@@ -71,8 +71,10 @@ impl AugmentedSystem {
         let primal_at = structure.hessian.len();
         let jacobian_at = primal_at + n;
         let dual_at = jacobian_at + structure.jacobian.len();
-        let mut rows = structure.hessian.rows.clone();
-        let mut cols = structure.hessian.cols.clone();
+        let entries = dual_at + m;
+        let (mut rows, mut cols) = (Vec::with_capacity(entries), Vec::with_capacity(entries));
+        rows.extend_from_slice(&structure.hessian.rows);
+        cols.extend_from_slice(&structure.hessian.cols);
         rows.extend(0..n);
         cols.extend(0..n);
         rows.extend(structure.jacobian.rows.iter().map(|row| n + row));
@@ -143,9 +145,9 @@ impl AugmentedSystem {
         let start = Instant::now();
         let n = structure.variables;
         for (rhs, Newton { primal, dual, .. }) in self.rhs.iter_mut().zip(&steps) {
-            for (rhs, value) in rhs.iter_mut().zip(primal[..n].iter().chain(*dual)) {
-                *rhs = -value;
-            }
+            let (x, y) = rhs.split_at_mut(n);
+            x.iter_mut().zip(*primal).for_each(|(rhs, value)| *rhs = -value);
+            y.iter_mut().zip(*dual).for_each(|(rhs, value)| *rhs = -value);
             for ((unit, value), inverse) in structure.units.iter().zip(&primal[n..]).zip(&self.unit_inverse) {
                 rhs[n + unit.row] += unit.sign * value * inverse;
             }

@@ -11,6 +11,7 @@ use crate::problem::{Nlp, Pattern, Stages};
 use crate::scaling::{choose_units, gradient_factors};
 use crate::selection::Selection;
 use crate::settings::{NlpSettings, ScalingMethod};
+use crate::vector::in_vectors;
 
 /// Part of the tolerance for constraints that the relaxation of their bounds may take.
 const RELAXED_PART: f64 = 0.1;
@@ -37,6 +38,8 @@ pub(crate) struct ScaledProblem<'a> {
     factors: ScalingFactors,
     variable_bounds: (Vec<f64>, Vec<f64>),
     constraint_bounds: (Vec<f64>, Vec<f64>),
+    /// Pattern of the user's Jacobian.
+    jacobian_pattern: Pattern,
     /// The point at which the problem was last evaluated, scaled and in the user's units.
     point: Vec<f64>,
     x: Vec<f64>,
@@ -259,12 +262,12 @@ impl<'a> ScaledProblem<'a> {
 
         let (free_index, kept_index) = (inverse_index(&free, n), inverse_index(&kept, m));
         // The units of the variables divide: d/d(scaled x) = (1 / factor) d/dx.
-        let step = |i: usize| 1.0 / factors.variables[i];
+        let step: Vec<f64> = factors.variables.iter().map(|factor| 1.0 / factor).collect();
         let (jacobian, jacobian_source) = restrict(&stated.jacobian, &kept_index, &free_index, |row, col| {
-            factors.constraints[row] * step(col)
+            factors.constraints[row] * step[col]
         });
         let (hessian, hessian_source) =
-            restrict(&stated.hessian, &free_index, &free_index, |row, col| step(row) * step(col));
+            restrict(&stated.hessian, &free_index, &free_index, |row, col| step[row] * step[col]);
         let Rows { units: slack_of_row, lower, upper, target, residuals } =
             Rows::new(&stated, &free, &kept, &factors, &sizes, settings);
         Ok(Self {
@@ -298,6 +301,7 @@ impl<'a> ScaledProblem<'a> {
             factors,
             variable_bounds: stated.variables,
             constraint_bounds: stated.constraints,
+            jacobian_pattern: stated.jacobian,
             counters,
             time,
         })
@@ -435,7 +439,7 @@ impl<'a> ScaledProblem<'a> {
         self.nlp.gradient(x, &mut self.gradient);
         self.nlp.jacobian(x, &mut self.jacobian);
         let mut residual = self.gradient.clone();
-        let pattern = self.nlp.jacobian_pattern();
+        let pattern = &self.jacobian_pattern;
         for ((&row, &col), value) in pattern.rows.iter().zip(&pattern.cols).zip(&self.jacobian) {
             residual[col] += value * y[row];
         }
@@ -472,12 +476,14 @@ impl<'a> ScaledProblem<'a> {
             return;
         }
         self.point.copy_from_slice(v);
-        for (kept, i) in self.free_runs.runs() {
-            let (x, factors) = (&mut self.x[i.clone()], &self.factors.variables[i]);
-            for ((x, value), factor) in x.iter_mut().zip(&v[kept]).zip(factors) {
-                *x = value / factor;
+        in_vectors(|| {
+            for (kept, i) in self.free_runs.runs() {
+                let (x, factors) = (&mut self.x[i.clone()], &self.factors.variables[i]);
+                for ((x, value), factor) in x.iter_mut().zip(&v[kept]).zip(factors) {
+                    *x = value / factor;
+                }
             }
-        }
+        });
     }
 }
 
@@ -511,12 +517,14 @@ impl BarrierModel for ScaledProblem<'_> {
         self.counters.gradient += 1;
         let (x, slacks) = gradient.split_at_mut(self.free.len());
         let objective = self.factors.objective;
-        for (kept, i) in self.free_runs.runs() {
-            let (own, factors) = (&self.gradient[i.clone()], &self.factors.variables[i]);
-            for ((value, own), factor) in x[kept].iter_mut().zip(own).zip(factors) {
-                *value = own * objective / factor;
+        in_vectors(|| {
+            for (kept, i) in self.free_runs.runs() {
+                let (own, factors) = (&self.gradient[i.clone()], &self.factors.variables[i]);
+                for ((value, own), factor) in x[kept].iter_mut().zip(own).zip(factors) {
+                    *value = own * objective / factor;
+                }
             }
-        }
+        });
         slacks.fill(0.0);
     }
 

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::vector::in_vectors;
+
 /// Some entries of a vector, ascending or not, by their positions there.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Selection {
@@ -45,12 +47,14 @@ impl Selection {
 
     /// Writes the kept entries of a vector, each times its factor.
     pub(crate) fn scale(&self, whole: &[f64], factors: &[f64], target: &mut [f64]) {
-        for (kept, from) in self.runs() {
-            let factors = &factors[kept.clone()];
-            for ((target, value), factor) in target[kept].iter_mut().zip(&whole[from]).zip(factors) {
-                *target = value * factor;
+        in_vectors(|| {
+            for (kept, from) in self.runs() {
+                let factors = &factors[kept.clone()];
+                for ((target, value), factor) in target[kept].iter_mut().zip(&whole[from]).zip(factors) {
+                    *target = value * factor;
+                }
             }
-        }
+        });
     }
 }
 

@@ -6,7 +6,7 @@ use crate::filter::Filter;
 use crate::iterate::{Bounds, Direction, Point};
 use crate::model::{BarrierModel, Structure};
 use crate::settings::NlpSettings;
-use crate::vector::{all_finite, max_abs, sum, sum_abs};
+use crate::vector::{all_finite, in_vectors, max_abs, sum, sum_abs};
 
 /// Multipliers of this average size leave the errors unscaled (Waechter and Biegler, eq. 6).
 const MULTIPLIER_SIZE: f64 = 100.0;
@@ -106,9 +106,14 @@ impl SolverState {
     /// Gradient of the Lagrangian from the present gradient, Jacobian and multipliers.
     pub(crate) fn update_dual_residual(&mut self, model: &impl BarrierModel) {
         let point = &self.current;
-        for (i, residual) in self.dual_residual.iter_mut().enumerate() {
-            *residual = self.gradient[i] - point.zl[i] + point.zu[i];
-        }
+        let residual = &mut self.dual_residual;
+        in_vectors(|| {
+            let n = residual.len();
+            let (gradient, zl, zu) = (&self.gradient[..n], &point.zl[..n], &point.zu[..n]);
+            for i in 0..n {
+                residual[i] = gradient[i] - zl[i] + zu[i];
+            }
+        });
         model.structure().add_transpose_product(&self.jacobian, &point.y, &mut self.dual_residual);
     }
 

@@ -5,7 +5,7 @@ use crate::barrier::BarrierControl;
 use crate::iterate::{Bounds, Direction, Point};
 use crate::model::{BarrierModel, Structure};
 use crate::state::SolverState;
-use crate::vector::{max_abs, sum_abs};
+use crate::vector::{in_vectors, max_abs, sum_abs};
 
 /// Growth of the primal regularisation when nothing is known of its size.
 const FIRST_GROWTH: f64 = 100.0;
@@ -152,11 +152,17 @@ impl SolverState {
     ) -> f64 {
         let (point, rhs) = (&self.current, &mut self.work);
         let damping = barrier * self.settings.damping;
-        for (i, rhs) in rhs.iter_mut().enumerate() {
-            *rhs = self.dual_residual[i] + point.zl[i] - point.zu[i] - barrier / point.lower_slack[i]
-                + barrier / point.upper_slack[i]
-                + damping * self.bounds.single[i];
-        }
+        in_vectors(|| {
+            let n = rhs.len();
+            let (zl, zu, dual_residual) = (&point.zl[..n], &point.zu[..n], &self.dual_residual[..n]);
+            let (below, above, single) =
+                (&point.lower_slack[..n], &point.upper_slack[..n], &self.bounds.single[..n]);
+            for i in 0..n {
+                rhs[i] = dual_residual[i] + zl[i] - zu[i] - barrier / below[i]
+                    + barrier / above[i]
+                    + damping * single[i];
+            }
+        });
         if centres {
             self.prepare_centring();
         }
@@ -192,10 +198,15 @@ impl SolverState {
     /// is found.
     fn prepare_centring(&mut self) {
         let point = &self.current;
-        for (i, rhs) in self.barrier_gradient.iter_mut().enumerate() {
-            *rhs = 1.0 / point.upper_slack[i] - 1.0 / point.lower_slack[i]
-                + self.settings.damping * self.bounds.single[i];
-        }
+        let (rhs, damping) = (&mut self.barrier_gradient, self.settings.damping);
+        in_vectors(|| {
+            let n = rhs.len();
+            let (below, above, single) =
+                (&point.lower_slack[..n], &point.upper_slack[..n], &self.bounds.single[..n]);
+            for i in 0..n {
+                rhs[i] = 1.0 / above[i] - 1.0 / below[i] + damping * single[i];
+            }
+        });
         self.trial.constraints.fill(0.0);
     }
 
@@ -223,11 +234,16 @@ impl SolverState {
     fn fill_barrier_gradient(&mut self) {
         let point = &self.current;
         let damping = self.barrier * self.settings.damping;
-        for (i, value) in self.barrier_gradient.iter_mut().enumerate() {
-            *value = self.gradient[i] - self.barrier / point.lower_slack[i]
-                + self.barrier / point.upper_slack[i]
-                + damping * self.bounds.single[i];
-        }
+        let (values, barrier) = (&mut self.barrier_gradient, self.barrier);
+        in_vectors(|| {
+            let n = values.len();
+            let (below, above, single) =
+                (&point.lower_slack[..n], &point.upper_slack[..n], &self.bounds.single[..n]);
+            let gradient = &self.gradient[..n];
+            for i in 0..n {
+                values[i] = gradient[i] - barrier / below[i] + barrier / above[i] + damping * single[i];
+            }
+        });
     }
 
     /// Least-squares constraint multipliers at the current point (Waechter and Biegler, eq. 36), zero if they are

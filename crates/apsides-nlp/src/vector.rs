@@ -1,7 +1,16 @@
-//! Norms and products of vectors.
+//! Norms and products of vectors, and loops over them.
+
+use pulp::Arch;
 
 /// Accumulators that do not wait for each other.
 const LANES: usize = 4;
+
+/// Runs a loop without dependencies in the vectors that the machine has: the same operations, of more numbers at once. Slices are cut to one length
+/// within the loop.
+#[inline(always)]
+pub(crate) fn in_vectors<T>(work: impl FnOnce() -> T) -> T {
+    Arch::new().dispatch(work)
+}
 
 /// Takes items into accumulators that begin with zero, one after the other.
 fn in_lanes<T>(items: &[T], take: impl Fn(&mut f64, &T)) -> [f64; LANES] {
@@ -54,7 +63,7 @@ pub(crate) fn sum<T>(items: &[T], value: impl Fn(&T) -> f64) -> f64 {
 
 /// Says whether all values are finite, without a branch for each.
 pub(crate) fn all_finite(values: &[f64]) -> bool {
-    values.iter().fold(true, |all, value| all & value.is_finite())
+    in_vectors(|| values.iter().fold(true, |all, value| all & (value.abs() < f64::INFINITY)))
 }
 
 /// Largest absolute entry; zero for an empty vector.

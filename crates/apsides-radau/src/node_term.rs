@@ -129,9 +129,14 @@ impl NodeTerm {
     fn fill_batch(&self, nodes: Range<usize>, x: &[f64], inputs: &mut [f64]) {
         let width = self.function.inputs();
         let points = &self.points[nodes];
-        for k in 0..self.node_inputs {
-            for (input, p) in inputs[k..].iter_mut().step_by(width).zip(points) {
-                *input = x[p.column + k];
+        if self.node_inputs > 0 {
+            // Nodes follow each other.
+            let values = &x[points.first().map_or(0, |p| p.column)..];
+            for k in 0..self.node_inputs {
+                let values = values.iter().skip(k).step_by(self.node_inputs);
+                for ((input, value), _) in inputs[k..].iter_mut().step_by(width).zip(values).zip(points) {
+                    *input = *value;
+                }
             }
         }
         let own = points.len() * width;

@@ -185,8 +185,17 @@ impl<D: Discretisation> Nlp for Transcription<D> {
     fn constraint_values(&mut self, x: &[f64], values: &mut [f64]) {
         self.discretisation.run(x);
         values.fill(0.0);
+        // Entries of a row follow each other: their sum need not go through memory.
+        let (mut row, mut sum) = (0, 0.0);
         for &(r, c, v) in &self.constant {
-            values[r] += v * x[c];
+            if r != row {
+                values[row] = sum;
+                (row, sum) = (r, values[r]);
+            }
+            sum += v * x[c];
+        }
+        if let Some(last) = values.get_mut(row) {
+            *last = sum;
         }
         self.discretisation.add_values(x, values);
         for t in self.endpoint_terms.iter_mut().filter(|t| !t.has_cost()) {
