@@ -296,7 +296,9 @@ impl Structure {
                     raise(&mut column_size, value);
                     let mut size = lanes_of(largest, row);
                     raise(&mut size, value);
-                    largest[row..row + LANES].copy_from_slice(&size);
+                    if let Some(largest) = largest[row..].first_chunk_mut() {
+                        *largest = size;
+                    }
                 }
                 for entry in self.outer.column(column) {
                     let (k, a) = (self.outer.row[entry] as usize, outer[entry]);
@@ -366,9 +368,8 @@ impl<const STORES: bool, const SCALES: bool> WithSimd for ScaleLanes<'_, STORES,
 /// The lanes that begin at a place.
 #[inline(always)]
 fn lanes_of(values: &[f64], at: usize) -> [f64; LANES] {
-    let mut lanes = [0.0; LANES];
-    lanes.copy_from_slice(&values[at..at + LANES]);
-    lanes
+    // As an array: copies of slices are calls where a crate is built without link-time optimisation.
+    values[at..at + LANES].first_chunk().copied().unwrap_or_default()
 }
 
 /// Entries with the scales of their rows and of their columns.

@@ -56,13 +56,17 @@ impl Regularisation {
         system.load(Some(&state.hessian), &state.diagonal, &state.jacobian);
         let free = control.enters_free_mode(state, model);
         let first_barrier = if free { 0.0 } else { state.barrier };
-        if !self.factor_and_solve(state, model.structure(), system, first_barrier, free) {
+        // Without bounds the direction does not depend on the barrier parameter.
+        let centres = free && state.bounds.len() > 0;
+        if !self.factor_and_solve(state, model.structure(), system, first_barrier, centres) {
             return false;
         }
         if free {
             let barrier = control.choose_barrier(state);
             state.set_barrier(model, barrier);
-            add_scaled(&mut state.step, &state.corrected, barrier);
+            if centres {
+                add_scaled(&mut state.step, &state.corrected, barrier);
+            }
         }
         state.fill_barrier_gradient();
         true
