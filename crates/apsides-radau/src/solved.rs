@@ -81,3 +81,43 @@ impl Solved {
 pub(crate) fn is_lower(ocp: &Ocp, objective: f64, other: f64) -> bool {
     ocp.objective.sense.sign() * (other - objective) > LEAST_FALL * other.abs().max(objective.abs())
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::{Radau, RadauSettings};
+
+    /// An accurate solution with controls within their bounds.
+    fn solved(status: Status, has_its_arcs: bool, objective: f64, from: &RadauSolution) -> Solved {
+        let (mut trajectory, mut report) = (from.trajectory.clone(), from.report.clone());
+        (trajectory.objective, report.status) = (objective, status);
+        let first = Solved::first(trajectory, report, from.trajectory.mesh());
+        Solved { accurate: true, within: true, has_its_arcs, ..first }
+    }
+
+    #[test]
+    fn an_exact_solution_with_its_arcs_is_kept_unless_a_later_one_is_lower() {
+        use Status::{Acceptable, Optimal};
+        let case = apsides_problems::find("di_min_energy").unwrap().pose().unwrap();
+        let ocp = &case.ocp;
+        let method = Radau { settings: RadauSettings { max_refinements: 0, ..RadauSettings::default() } };
+        let solution = method.solve(ocp, &case.guess).unwrap();
+        let solved = |status, has_its_arcs, objective| solved(status, has_its_arcs, objective, &solution);
+        let exact = solved(Optimal, true, 12.0);
+        let (rounding, fall) = (0.1 * LEAST_FALL, 10.0 * LEAST_FALL);
+        // One that is solved less exactly has to be lower by more than rounding.
+        assert!(exact.is_preferred_to(&solved(Acceptable, true, 12.0), ocp));
+        assert!(exact.is_preferred_to(&solved(Acceptable, true, 12.0 * (1.0 - rounding)), ocp));
+        assert!(!exact.is_preferred_to(&solved(Acceptable, true, 12.0 * (1.0 - fall)), ocp));
+        // One that is solved as exactly replaces it, unless it is higher and has not the arcs that it shows.
+        assert!(!exact.is_preferred_to(&solved(Optimal, true, 12.0 * (1.0 + fall)), ocp));
+        assert!(exact.is_preferred_to(&solved(Optimal, false, 12.0 * (1.0 + fall)), ocp));
+        assert!(!exact.is_preferred_to(&solved(Optimal, false, 12.0), ocp));
+        // Nothing is kept that is not accurate, or beyond its bounds between the points.
+        let later = solved(Acceptable, false, 13.0);
+        for (accurate, within) in [(false, true), (true, false)] {
+            assert!(!Solved { accurate, within, ..exact.clone() }.is_preferred_to(&later, ocp));
+        }
+    }
+}
