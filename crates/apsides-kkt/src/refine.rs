@@ -6,7 +6,7 @@
 //! doi:10.1137/060661545.
 
 use crate::KktSettings;
-use crate::columns::{MOST_COLUMNS, columns_from};
+use crate::columns::{MOST_COLUMNS, columns_from, first_columns};
 use crate::norms::{maxima, maximum};
 use crate::structure::Structure;
 
@@ -208,7 +208,7 @@ impl Refiner {
         for (x, _) in x.iter_mut().zip(finite).filter(|(_, finite)| !finite) {
             x.fill(0.0);
         }
-        let mut residuals: [&mut [f64]; R] = columns_from(&mut self.residuals, 0);
+        let mut residuals: [&mut [f64]; R] = first_columns(&mut self.residuals);
         for (residual, system) in residuals.iter_mut().zip(&systems) {
             residual.copy_from_slice(system.rhs);
         }
@@ -276,7 +276,7 @@ impl Refiner {
             self.classical_step(k, [system], factor, [&mut *x], &mut progress);
         }
         while progress[0].goes_on(self.limit, Next::Gmres) {
-            self.gmres_cycle(k, system, factor, x, &mut progress[0]);
+            self.gmres_cycle(k, system, factor, &mut *x, &mut progress);
         }
         let [Progress { measure, solves, .. }] = progress;
         Outcome { residual: measure.whole, converged: measure.weighed <= measure.goal, solves }
@@ -314,18 +314,17 @@ impl Refiner {
         system: System<'_>,
         factor: &mut impl Substitution,
         x: &mut [f64],
-        progress: &mut Progress,
+        progress: &mut [Progress; 1],
     ) {
-        let before = progress.measure.weighed;
-        let target = 0.5 * progress.measure.goal * system.rhs_norm;
-        let budget = self.limit - progress.solves;
+        let [Progress { measure, solves, .. }] = progress;
+        let before = measure.weighed;
+        let target = 0.5 * measure.goal * system.rhs_norm;
+        let budget = self.limit - *solves;
         let (residual, correction) = (&self.residuals[k], &mut self.trials[k]);
         let spent = self.krylov.solve(system, factor, residual, correction, target, budget);
-        progress.solves += spent.unwrap_or(budget);
-        let mut progresses = [*progress];
-        self.take_corrections(k, [system], [x], &mut progresses, [spent.is_some()]);
-        [*progress] = progresses;
-        progress.conclude(before, self.tolerance);
+        *solves += spent.unwrap_or(budget);
+        self.take_corrections(k, [system], [x], progress, [spent.is_some()]);
+        progress[0].conclude(before, self.tolerance);
     }
 
     /// Takes the corrections in `trials`, of those that are solved, that make the residual smaller.

@@ -3,7 +3,7 @@
 //! Ruiz, "A scaling algorithm to equilibrate both rows and columns norms in matrices", RAL-TR-2001-034 (2001),
 //! in the maximum norm. Powers of two keep the scaling free of rounding.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 use crate::structure::Structure;
 
@@ -21,8 +21,8 @@ pub(crate) fn equilibrate(
     structure.measure(values, largest);
     scale.fill(1.0);
     for sweep in 1..=SWEEPS {
-        let balanced = Arch::new().dispatch(Balance { scale, largest });
-        if balanced || sweep == SWEEPS {
+        let is_balanced = Arch::new().dispatch(|| balance(scale, largest));
+        if is_balanced || sweep == SWEEPS {
             break;
         }
         structure.measure_scaled(values, scale, largest);
@@ -31,25 +31,16 @@ pub(crate) fn equilibrate(
 }
 
 /// Brings the scales of rows nearer to those that make their largest magnitudes one. Says whether all were near enough.
-struct Balance<'a> {
-    scale: &'a mut [f64],
-    largest: &'a [f64],
-}
-
-impl WithSimd for Balance<'_> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> bool {
-        // Without branches, so that rows go side by side.
-        let mut done = true;
-        for (s, &size) in self.scale.iter_mut().zip(self.largest) {
-            let is_near = (0.25..=4.0).contains(&size) | (size == 0.0);
-            *s *= if is_near { 1.0 } else { near_inverse_root(size) };
-            done &= is_near;
-        }
-        done
+#[inline(always)]
+fn balance(scale: &mut [f64], largest: &[f64]) -> bool {
+    // Without branches, so that rows go side by side.
+    let mut done = true;
+    for (s, &size) in scale.iter_mut().zip(largest) {
+        let is_near = (0.25..=4.0).contains(&size) | (size == 0.0);
+        *s *= if is_near { 1.0 } else { near_inverse_root(size) };
+        done &= is_near;
     }
+    done
 }
 
 /// Smallest of the largest magnitudes of the rows that are not zero; 1 if all are.

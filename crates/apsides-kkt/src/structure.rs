@@ -347,7 +347,7 @@ impl<const R: usize> WithSimd for SubtractLanes<'_, '_, R> {
     }
 }
 
-/// The same for [`Structure::scale`] and [`Structure::measure`].
+/// The same for [`Structure::scale_or_measure`].
 struct ScaleLanes<'a, const STORES: bool, const SCALES: bool> {
     structure: &'a Structure,
     values: &'a [f64],

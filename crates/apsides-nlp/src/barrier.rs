@@ -46,7 +46,7 @@ impl BarrierControl {
             references: [f64::INFINITY; MEMORY],
             next_reference: 0,
             largest: f64::INFINITY,
-            quality: QualityFunction::new(settings.boundary_fraction),
+            quality: QualityFunction::default(),
         }
     }
 

@@ -1,16 +1,14 @@
 //! The quality function of the adaptive strategy (Nocedal, Waechter and Waltz 2009, doi 10.1137/060649513, section 4): a linear model of the
 //! squared optimality error after a step, as a function of the barrier parameter.
 
-use pulp::{Arch, Simd, WithSimd};
-
 use crate::state::SolverState;
-use crate::vector::dot;
+use crate::vector::{dot, in_vectors};
 
 /// Bounds that are treated at once.
 const LANES: usize = 4;
 
 /// The model: all that an evaluation needs of each bound, side by side; allocated once.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct QualityFunction {
     bounds: Vec<Lanes>,
     count: usize,
@@ -19,7 +17,6 @@ pub(crate) struct QualityFunction {
     primal_error: f64,
     /// Part of a slack or of a multiplier that a step may take.
     tau: f64,
-    arch: Arch,
 }
 
 /// Some bounds: products of slack and multiplier, and the relative changes of both. A lane without a bound has nothing.
@@ -61,17 +58,13 @@ impl RelativeStep {
 }
 
 impl QualityFunction {
-    /// A model of nothing, of steps that may take so much of a slack or of a multiplier.
-    pub(crate) fn new(tau: f64) -> Self {
-        Self { bounds: Vec::new(), count: 0, dual_error: 0.0, primal_error: 0.0, tau, arch: Arch::new() }
-    }
-
     /// Takes in the affine direction in `step` and the centring direction in `corrected`.
     pub(crate) fn take_in(&mut self, state: &SolverState) {
         let mean = |values: &[f64]| dot(values, values) / values.len().max(1) as f64;
         let (point, bounds, step, centring) = (&state.current, &state.bounds, &state.step, &state.corrected);
         self.dual_error = mean(&state.dual_residual);
         self.primal_error = mean(&point.constraints);
+        self.tau = state.settings.boundary_fraction;
         self.count = bounds.len();
         self.bounds.clear();
         let none = Lanes { product: [0.0; LANES], slack: RelativeStep::NONE, multiplier: RelativeStep::NONE };
@@ -94,7 +87,7 @@ impl QualityFunction {
 
     /// The modelled error after the longest steps with this barrier parameter.
     pub(crate) fn value(&self, barrier: f64) -> f64 {
-        self.arch.dispatch(Evaluation { function: self, barrier })
+        in_vectors(|| self.evaluate(barrier))
     }
 
     #[inline(always)]
@@ -119,21 +112,6 @@ impl QualityFunction {
         (1.0 - dual).powi(2) * self.dual_error
             + (1.0 - primal).powi(2) * self.primal_error
             + complementarity / self.count as f64
-    }
-}
-
-/// Compiled for the vectors of the machine; lanes are treated alike by all of them.
-struct Evaluation<'a> {
-    function: &'a QualityFunction,
-    barrier: f64,
-}
-
-impl WithSimd for Evaluation<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> f64 {
-        self.function.evaluate(self.barrier)
     }
 }
 
@@ -171,7 +149,7 @@ mod tests {
     #[test]
     fn the_model_is_the_error_after_the_longest_steps() {
         let state = state();
-        let mut quality = QualityFunction::new(state.settings.boundary_fraction);
+        let mut quality = QualityFunction::default();
         quality.take_in(&state);
         for barrier in [0.0, 1e-3, 0.3] {
             let step = |affine: &[f64], centring: &[f64], i: usize| affine[i] + barrier * centring[i];

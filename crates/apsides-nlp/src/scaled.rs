@@ -26,11 +26,11 @@ pub(crate) struct ScaledProblem<'a> {
     free: Vec<usize>,
     /// Index of each kept constraint in the user's vector.
     kept: Vec<usize>,
-    /// Equality value of each kept constraint, scaled; zero for inequalities.
-    target: Vec<f64>,
-    /// The same, in runs.
+    /// Both in runs.
     free_runs: Selection,
     kept_runs: Selection,
+    /// Equality value of each kept constraint, scaled; zero for inequalities.
+    target: Vec<f64>,
     /// Structural Jacobian and Hessian values in the user's arrays.
     jacobian_source: Source,
     hessian_source: Source,

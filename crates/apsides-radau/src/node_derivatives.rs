@@ -1,6 +1,7 @@
 //! The entries of Jacobian and Hessian that a node function has at each node, as formulas of what is known at the node: found once.
 
 use apsides_ad::NodePattern;
+use apsides_transcription::write_next;
 
 /// The time of an end of the arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,18 +50,9 @@ pub(crate) struct NodeValues<'a> {
     pub(crate) entries: &'a [f64],
 }
 
-/// The same of the weighted sum of the outputs: entries of its Hessian and its gradient.
-#[derive(Clone, Copy)]
-pub(crate) struct WeightedNodeValues<'a> {
-    pub(crate) points: &'a [Point],
-    pub(crate) duration: f64,
-    pub(crate) hessians: &'a [f64],
-    pub(crate) slopes: &'a [f64],
-}
-
-/// Item `k` of each node, of those that have `width` items each.
-fn of_each<T>(items: &[T], width: usize, k: usize) -> impl Iterator<Item = &T> {
-    items.iter().skip(k).step_by(width.max(1))
+/// Number `k` of each node, of those that have `width` numbers each.
+pub(crate) fn of_each(numbers: &[f64], width: usize, k: usize) -> impl Iterator<Item = &f64> {
+    numbers.iter().skip(k).step_by(width.max(1))
 }
 
 /// The derivatives of one function on an arc, in the order of their entries.
@@ -164,13 +156,8 @@ impl NodeDerivatives {
                 for (k, p) in points.iter().enumerate() {
                     let by_time = entry.map_or(0.0, |entry| duration * entries[k * width + entry]);
                     let direct = if self.is_rate { values[k * outputs + output] } else { 0.0 };
-                    take(
-                        p.factor
-                            * match end {
-                                End::Start => share(1.0 - p.fraction, by_time) - direct,
-                                End::Final => share(p.fraction, by_time) + direct,
-                            },
-                    );
+                    let along = share(p.share_of(end), by_time);
+                    take(p.factor * if end == End::Start { along - direct } else { along + direct });
                 }
             }
         }
@@ -181,17 +168,19 @@ impl NodeDerivatives {
         let width = self.first.len();
         for (k, first) in self.first.iter().enumerate() {
             let mut entries = target[k..].iter_mut().step_by(width);
-            self.first_values(first, at, &mut |v| {
-                if let Some(entry) = entries.next() {
-                    *entry = v;
-                }
-            });
+            self.first_values(first, at, &mut |v| write_next(&mut entries, v));
         }
     }
 
-    /// Writes all second derivatives of each node.
-    pub(crate) fn fill_second(&self, at: WeightedNodeValues<'_>, target: &mut [f64]) {
-        let WeightedNodeValues { points, duration, hessians, slopes } = at;
+    /// Writes all second derivatives of each node, from the Hessian entries of the weighted sums of the outputs and their gradients.
+    pub(crate) fn fill_second(
+        &self,
+        at: NodeValues<'_>,
+        hessians: &[f64],
+        slopes: &[f64],
+        target: &mut [f64],
+    ) {
+        let NodeValues { points, duration, .. } = at;
         let hessian = |entry| of_each(hessians, self.hessian_len, entry);
         let slope = |input| of_each(slopes, self.inputs(), input);
         let width = self.second.len();

@@ -13,7 +13,7 @@ use apsides_transcription::{Workers, in_pieces};
 
 use crate::layout::{ArcLayout, CollocationPhase};
 use crate::node_derivatives::{
-    End, FirstDerivative, NodeDerivatives, NodeValues, Point, SecondDerivative, WeightedNodeValues,
+    End, FirstDerivative, NodeDerivatives, NodeValues, Point, SecondDerivative, of_each,
 };
 
 /// The place to which the outputs of a term go.
@@ -129,14 +129,12 @@ impl NodeTerm {
     fn fill_batch(&self, nodes: Range<usize>, x: &[f64], inputs: &mut [f64]) {
         let width = self.function.inputs();
         let points = &self.points[nodes];
-        if self.node_inputs > 0 {
-            // Nodes follow each other.
-            let values = &x[points.first().map_or(0, |p| p.column)..];
-            for k in 0..self.node_inputs {
-                let values = values.iter().skip(k).step_by(self.node_inputs);
-                for ((input, value), _) in inputs[k..].iter_mut().step_by(width).zip(values).zip(points) {
-                    *input = *value;
-                }
+        // Nodes follow each other.
+        let values = &x[points.first().map_or(0, |p| p.column)..];
+        for k in 0..self.node_inputs {
+            let values = of_each(values, self.node_inputs, k);
+            for ((input, value), _) in inputs[k..].iter_mut().step_by(width).zip(values).zip(points) {
+                *input = *value;
             }
         }
         let own = points.len() * width;
@@ -338,9 +336,9 @@ impl NodeTerm {
             for (batch, own) in batches(nodes).zip(own.chunks_mut(BATCH * width)) {
                 self.weigh(batch.clone(), cost, multipliers, scratch);
                 let Scratch { weights, hessians, slopes, .. } = scratch;
-                let NodeValues { points, entries, .. } = self.at_nodes(batch, duration);
-                self.derivatives.fill_slopes(entries, weights, slopes);
-                self.derivatives.fill_second(WeightedNodeValues { points, duration, hessians, slopes }, own);
+                let at = self.at_nodes(batch, duration);
+                self.derivatives.fill_slopes(at.entries, weights, slopes);
+                self.derivatives.fill_second(at, hessians, slopes, own);
             }
         });
         self.scratch = scratch;

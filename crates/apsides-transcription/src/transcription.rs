@@ -246,7 +246,7 @@ impl<D: Discretisation> Nlp for Transcription<D> {
 
 /// Writes the next of a list of entries, which are as many as the pattern says.
 #[inline]
-pub fn write_next(entries: &mut std::slice::IterMut<'_, f64>, value: f64) {
+pub fn write_next<'a>(entries: &mut impl Iterator<Item = &'a mut f64>, value: f64) {
     if let Some(entry) = entries.next() {
         *entry = value;
     }
