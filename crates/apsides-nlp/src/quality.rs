@@ -1,8 +1,10 @@
 //! The quality function of the adaptive strategy (Nocedal, Waechter and Waltz 2009, doi 10.1137/060649513, section 4): a linear model of the
 //! squared optimality error after a step, as a function of the barrier parameter.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use crate::state::SolverState;
-use crate::vector::{dot, in_vectors};
+use crate::vector::dot;
 
 /// Bounds that are treated at once.
 const LANES: usize = 4;
@@ -87,7 +89,7 @@ impl QualityFunction {
 
     /// The modelled error after the longest steps with this barrier parameter.
     pub(crate) fn value(&self, barrier: f64) -> f64 {
-        in_vectors(|| self.evaluate(barrier))
+        Arch::new().dispatch(Evaluation { function: self, barrier })
     }
 
     #[inline(always)]
@@ -112,6 +114,22 @@ impl QualityFunction {
         (1.0 - dual).powi(2) * self.dual_error
             + (1.0 - primal).powi(2) * self.primal_error
             + complementarity / self.count as f64
+    }
+}
+
+/// Compiled for the vectors of the machine. A type of its own, since as a closure it is too long to be taken into the code for them: quality
+/// solves took 2.5 % longer.
+struct Evaluation<'a> {
+    function: &'a QualityFunction,
+    barrier: f64,
+}
+
+impl WithSimd for Evaluation<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        self.function.evaluate(self.barrier)
     }
 }
 
