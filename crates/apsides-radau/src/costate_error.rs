@@ -34,6 +34,9 @@ const MOST_WITHOUT_GAIN: usize = 1;
 /// Part of the tolerance that an interval keeps when the mesh is refined: what one is rid of comes to stand in those before it.
 const SHARE: f64 = 0.2;
 
+/// Error of a mesh up to which its costates tell how many points they need.
+pub(crate) const TELLING: f64 = 1e-2;
+
 /// Meshes for the sake of the costates alone.
 #[derive(Default)]
 pub(crate) struct CostateMeshes {
@@ -83,13 +86,31 @@ impl CostateMeshes {
             return Ok(CostateRemedy::Nothing);
         }
         (self.error, self.made) = (Some(largest), self.made + 1);
-        let weight = settings.tolerance / (SHARE * settings.costate_tolerance);
-        for (phase, errors) in trajectory.phases.iter_mut().zip(errors) {
-            for (known, error) in phase.interval_errors.iter_mut().zip(errors) {
-                *known = known.max(weight * error);
-            }
-        }
+        raise(trajectory, errors, settings.tolerance / (SHARE * settings.costate_tolerance));
         Ok(CostateRemedy::Mesh)
+    }
+}
+
+/// Raises the errors of intervals whose costates are farther from their tolerance than the states from theirs: the mesh that follows is made
+/// for both, where the states alone ask for it.
+pub(crate) fn raise_errors_of_costates(
+    ocp: &Ocp,
+    scaling: &Scaling,
+    settings: &RadauSettings,
+    trajectory: &mut Trajectory,
+) -> Result<(), RadauError> {
+    if settings.costate_tolerance.is_finite() {
+        let errors = costate_errors(ocp, scaling, trajectory)?;
+        raise(trajectory, errors, settings.tolerance / settings.costate_tolerance);
+    }
+    Ok(())
+}
+
+fn raise(trajectory: &mut Trajectory, errors: Vec<Vec<f64>>, weight: f64) {
+    for (phase, errors) in trajectory.phases.iter_mut().zip(errors) {
+        for (known, error) in phase.interval_errors.iter_mut().zip(errors) {
+            *known = known.max(weight * error);
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use apsides_ocp::{ArcKind, Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unm
 use apsides_transcription::Workers;
 
 use crate::RadauError;
-use crate::costate_error::{CostateMeshes, CostateRemedy};
+use crate::costate_error::{CostateMeshes, CostateRemedy, TELLING, raise_errors_of_costates};
 use crate::crossing::{with_forced, with_times};
 use crate::events::{Events, FoundEvents};
 use crate::joints::Joints;
@@ -428,12 +428,7 @@ impl<'a> MeshSequence<'a> {
             if finished { passed_unseen(ocp, &solve.trajectory, Among::PathConstraints) } else { Vec::new() };
         let is_blind = !all_empty(&unseen);
         let (accurate, finished) = (accurate && !is_blind, finished && !is_blind);
-        let remedy = if finished {
-            let (scaling, is_exact) = (&solve.nlp.quantity_scales, self.is_exact);
-            self.costates.remedy(ocp, scaling, settings, is_exact, &mut solve.trajectory)?
-        } else {
-            CostateRemedy::Nothing
-        };
+        let remedy = self.remedy_of_costates(&mut solve, finished)?;
         let wants_costates = remedy == CostateRemedy::Mesh;
         self.is_repeated = remedy == CostateRemedy::ExactSolution;
         let within = solve.is_in_bounds(settings);
@@ -486,6 +481,24 @@ impl<'a> MeshSequence<'a> {
         self.last = Some(solved);
         self.leave_refuted_contacts(&found);
         Ok(ControlFlow::Continue(()))
+    }
+
+    /// The remedy for the costates of a finished solution. The mesh that follows one that is not accurate is made for its costates, too.
+    fn remedy_of_costates(
+        &mut self,
+        solve: &mut MeshSolve,
+        finished: bool,
+    ) -> Result<CostateRemedy, RadauError> {
+        let (ocp, settings) = (self.ocp, self.settings);
+        let another_follows = self.is_settled && !solve.is_accurate(settings);
+        let (scaling, trajectory) = (&solve.nlp.quantity_scales, &mut solve.trajectory);
+        if finished {
+            return self.costates.remedy(ocp, scaling, settings, self.is_exact, trajectory);
+        }
+        if another_follows && solve.estimate.error <= TELLING {
+            raise_errors_of_costates(ocp, scaling, settings, trajectory)?;
+        }
+        Ok(CostateRemedy::Nothing)
     }
 
     /// True if nothing is left but the accuracy of the costates.

@@ -57,6 +57,18 @@ fn costates_get_meshes_of_their_own_where_states_are_accurate_before_them() {
     assert!(error < MESH, "{error:e}");
 }
 
+/// The last mesh for the states has the points that the costates ask for, so that none follows for them.
+#[test]
+fn meshes_for_the_states_are_meshes_for_the_costates() {
+    let settings = RadauSettings::default();
+    let costate_tolerance = settings.costate_tolerance;
+    let (error, meshes) = largest_costate_error(settings.clone());
+    let (before, least) =
+        largest_costate_error(RadauSettings { costate_tolerance: f64::INFINITY, ..settings });
+    assert_eq!(meshes, least);
+    assert!(error < costate_tolerance && costate_tolerance < before, "{error:e} {before:e}");
+}
+
 #[test]
 fn a_tolerance_that_is_no_number_is_refused() {
     let ocp = regulator();
