@@ -45,6 +45,8 @@ pub(crate) struct CostateMeshes {
     error: Option<f64>,
     /// Meshes in a row that did not help.
     without_gain: usize,
+    /// Largest error of the last mesh for the sake of the states.
+    foreseen: Option<f64>,
 }
 
 /// The remedy for inaccurate costates.
@@ -89,21 +91,28 @@ impl CostateMeshes {
         raise(trajectory, errors, settings.tolerance / (SHARE * settings.costate_tolerance));
         Ok(CostateRemedy::Mesh)
     }
-}
 
-/// Raises the errors of intervals whose costates are farther from their tolerance than the states from theirs: the mesh that follows is made
-/// for both, where the states alone ask for it.
-pub(crate) fn raise_errors_of_costates(
-    ocp: &Ocp,
-    scaling: &Scaling,
-    settings: &RadauSettings,
-    trajectory: &mut Trajectory,
-) -> Result<(), RadauError> {
-    if settings.costate_tolerance.is_finite() {
+    /// Raises the errors of intervals whose costates are farther from their tolerance than the states from theirs, as long as that helps: the
+    /// mesh that follows is made for both, where the states alone ask for it.
+    pub(crate) fn foresee(
+        &mut self,
+        ocp: &Ocp,
+        scaling: &Scaling,
+        settings: &RadauSettings,
+        trajectory: &mut Trajectory,
+    ) -> Result<(), RadauError> {
+        if settings.costate_tolerance.is_infinite() {
+            return Ok(());
+        }
         let errors = costate_errors(ocp, scaling, trajectory)?;
-        raise(trajectory, errors, settings.tolerance / settings.costate_tolerance);
+        let largest = errors.iter().flatten().copied().fold(0.0, f64::max);
+        let helped = self.foreseen.is_none_or(|before| largest < GAIN * before);
+        self.foreseen = Some(largest);
+        if helped {
+            raise(trajectory, errors, settings.tolerance / settings.costate_tolerance);
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 fn raise(trajectory: &mut Trajectory, errors: Vec<Vec<f64>>, weight: f64) {

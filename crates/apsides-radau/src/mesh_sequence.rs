@@ -10,7 +10,7 @@ use apsides_ocp::{ArcKind, Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unm
 use apsides_transcription::Workers;
 
 use crate::RadauError;
-use crate::costate_error::{CostateMeshes, CostateRemedy, TELLING, raise_errors_of_costates};
+use crate::costate_error::{CostateMeshes, CostateRemedy, TELLING};
 use crate::crossing::{with_forced, with_times};
 use crate::events::{Events, FoundEvents};
 use crate::joints::Joints;
@@ -496,7 +496,7 @@ impl<'a> MeshSequence<'a> {
             return self.costates.remedy(ocp, scaling, settings, self.is_exact, trajectory);
         }
         if another_follows && solve.estimate.error <= TELLING {
-            raise_errors_of_costates(ocp, scaling, settings, trajectory)?;
+            self.costates.foresee(ocp, scaling, settings, trajectory)?;
         }
         Ok(CostateRemedy::Nothing)
     }
