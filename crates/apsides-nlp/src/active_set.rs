@@ -47,13 +47,15 @@ pub(crate) struct Reach {
     pub(crate) close: f64,
     /// Residuals of the scaled functions at which the steps end.
     pub(crate) residual: f64,
+    /// True if an older factor may take the last step: where residuals need not come down to rounding.
+    pub(crate) keeps_factor: bool,
 }
 
 /// Part of its slack that a bound loses, as the barrier parameter goes to zero, from which on it is active: all of it, or none.
 const ACTIVE: f64 = 0.5;
 
 /// From the end of an interior point method: where a step is long, what determines a variable is the barrier alone, as along singular arcs.
-const POLISH: Reach = Reach { steps: 4, close: 3e-2, residual: ROUNDING };
+const POLISH: Reach = Reach { steps: 4, close: 3e-2, residual: ROUNDING, keeps_factor: false };
 
 /// The reason why a set of bounds that are held leads to no solution close by.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,13 +96,13 @@ impl Engine {
         self.state.trial.copy_from(&self.state.current);
         let errors = self.state.errors;
         let sides = self.state.sides();
-        let Err(miss) = self.settle(POLISH, &mut sides.clone(), problem, system) else { return true };
+        let Err(miss) = self.settle(POLISH, &mut sides.clone(), None, problem, system) else { return true };
         self.restore(errors, problem);
         if miss != Miss::Contradiction {
             return false;
         }
         let Some(mut by_course) = self.state.sides_by_course(problem, system) else { return false };
-        if by_course != sides && self.settle(POLISH, &mut by_course, problem, system).is_ok() {
+        if by_course != sides && self.settle(POLISH, &mut by_course, None, problem, system).is_ok() {
             return true;
         }
         self.restore(errors, problem);
@@ -117,18 +119,21 @@ impl Engine {
     }
 
     /// Moves the point to the exact solution for the active set that begins as `sides`; the steps that it took, or why the set does not
-    /// settle at an optimal point.
+    /// settle at an optimal point. The first step is by the factor at hand where it is one for these sides, as `factored` says.
     pub(crate) fn settle(
         &mut self,
         reach: Reach,
         sides: &mut [Standing],
+        factored: Option<&[Standing]>,
         problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
     ) -> Result<usize, Miss> {
         let (lower, upper) = problem.exact_bounds();
         let mut steps = 0;
+        let mut has_factor = factored.is_some_and(|factored| *factored == *sides);
         for _ in 0..ROUNDS {
-            let solved = self.state.newton(reach, problem, system, sides, (&lower, &upper))?;
+            let has_factor = std::mem::take(&mut has_factor);
+            let solved = self.state.newton(reach, problem, system, (sides, has_factor), (&lower, &upper))?;
             steps += solved.steps;
             if !self.state.revise(sides, solved.least, (&lower, &upper)) {
                 self.state.take_multipliers(sides);
@@ -204,14 +209,14 @@ impl SolverState {
         Some(sides)
     }
 
-    /// Newton's method with the bounds of `sides` held, until the conditions are met or the set is seen to be another; an error where it does
+    /// Newton's method with the bounds of `sides` held, by a factor at a point close by first if there is one, until the conditions are met or the set is seen to be another; an error where it does
     /// not end within its reach, or the system is not that of a strict minimum.
     fn newton(
         &mut self,
         reach: Reach,
         problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
-        sides: &[Standing],
+        (sides, has_factor): (&[Standing], bool),
         (lower, upper): (&[f64], &[f64]),
     ) -> Result<Solved, Miss> {
         for (i, side) in sides.iter().enumerate() {
@@ -248,7 +253,9 @@ impl SolverState {
             if step > 0 && residual <= TELLING && self.is_refuted(sides, least, (lower, upper)) {
                 return Ok(Solved { steps: step, least });
             }
-            let is_chord = step > 0 && residual <= CHORD * last;
+            // A step by the same factor leaves about as large a part of the residual as the last one.
+            let is_enough = reach.keeps_factor && residual * (residual / last) <= reach.residual;
+            let is_chord = if step > 0 { residual <= CHORD * last || is_enough } else { has_factor };
             if !is_chord {
                 problem.hessian(&self.current.v, &self.current.y, &mut self.hessian, &mut self.diagonal);
                 self.factor_held(&structure, system, sides)?;

@@ -90,7 +90,15 @@ pub struct Resolved {
 pub struct Resolver {
     solver: InteriorPoint,
     last: Option<Last>,
-    analysed: Option<(Structure, AugmentedSystem)>,
+    analysed: Option<Analysed>,
+}
+
+/// The linear systems of a structure.
+struct Analysed {
+    structure: Structure,
+    system: AugmentedSystem,
+    /// Where variables stood when the last factor was made, if it is of the last solution by its active set.
+    factored: Option<Vec<Standing>>,
 }
 
 /// A solution of an earlier program.
@@ -203,31 +211,34 @@ impl Resolver {
         if problem.structure().variables == 0 {
             return Ok(self.solver.report_fixed(&mut problem, begin));
         }
-        let system = system_for(&mut self.analysed, &problem, &self.solver.settings)?;
-        self.solver.run_with(&mut problem, system, warm, observer, begin)
+        let analysed = analysed_for(&mut self.analysed, &problem, &self.solver.settings)?;
+        analysed.factored = None;
+        self.solver.run_with(&mut problem, &mut analysed.system, warm, observer, begin)
     }
 }
 
-/// The system that was analysed for the structure of a problem.
-fn system_for<'a>(
-    analysed: &'a mut Option<(Structure, AugmentedSystem)>,
+/// What was analysed for the structure of a problem.
+fn analysed_for<'a>(
+    analysed: &'a mut Option<Analysed>,
     problem: &ScaledProblem<'_>,
     settings: &NlpSettings,
-) -> Result<&'a mut AugmentedSystem, NlpError> {
-    let kept = analysed.take_if(|(structure, _)| structure == problem.structure());
-    let kept = match kept {
+) -> Result<&'a mut Analysed, NlpError> {
+    let kept = match analysed.take_if(|kept| kept.structure == *problem.structure()) {
         Some(kept) => kept,
-        None => (problem.structure().clone(), AugmentedSystem::of(problem, settings)?),
+        None => {
+            let system = AugmentedSystem::of(problem, settings)?;
+            Analysed { structure: problem.structure().clone(), system, factored: None }
+        }
     };
-    let (_, system) = analysed.insert(kept);
-    system.forget_work();
-    Ok(system)
+    let kept = analysed.insert(kept);
+    kept.system.forget_work();
+    Ok(kept)
 }
 
 /// Newton's method on the active set of the last solution; the steps that were taken where it does not settle.
 fn by_active_set(
     solver: &InteriorPoint,
-    analysed: &mut Option<(Structure, AugmentedSystem)>,
+    analysed: &mut Option<Analysed>,
     nlp: &mut dyn Nlp,
     last: &Last,
     begin: Instant,
@@ -237,16 +248,20 @@ fn by_active_set(
     if problem.structure().variables == 0 {
         return Ok(Err(0));
     }
-    let system = system_for(analysed, problem, &solver.settings)?;
+    let Analysed { system, factored, .. } = analysed_for(analysed, problem, &solver.settings)?;
     let mut engine = Engine::for_model(problem, &solver.settings);
     engine.take_warm(problem, solution);
     engine.state.set_slacks(problem);
     engine.state.barrier = engine.state.final_barrier;
     let mut sides = engine.state.sides_of_multipliers(*least_multiplier);
-    let reach = Reach { steps: STEPS, close: CLOSE, residual: RESIDUAL * solver.settings.tolerance };
-    let Ok(iterations) = engine.settle(reach, &mut sides, problem, system) else {
+    let residual = RESIDUAL * solver.settings.tolerance;
+    let reach = Reach { steps: STEPS, close: CLOSE, residual, keeps_factor: true };
+    // Gone where this way fails: what follows makes other factors.
+    let factor = factored.take();
+    let Ok(iterations) = engine.settle(reach, &mut sides, factor.as_deref(), problem, system) else {
         return Ok(Err(system.factorisations));
     };
+    *factored = if system.factorisations > 0 { Some(sides) } else { factor };
     let (factorisations, solves) = (system.factorisations, system.solves);
     let counters = Counters { iterations, factorisations, solves, ..Counters::default() };
     let mut report = report_point(&engine, problem, Status::Optimal, counters, true);

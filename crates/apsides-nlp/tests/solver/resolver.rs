@@ -120,6 +120,31 @@ fn other_structures_and_failures_are_survived() {
     assert_at(&next.report.x, [0.6, 0.8]);
 }
 
+/// A change of a millionth needs no factor but that of the last solution, until another one was made by the interior point method.
+#[test]
+fn the_factor_of_the_last_solution_serves() {
+    const SMALL: f64 = 1e-6;
+    let mut resolver = Resolver::new(NlpSettings::default());
+    resolver.solve(&mut BEYOND.clone(), &mut ()).unwrap();
+    let turned = |change: f64| Nearest { target: [3.0 + change, 4.0], ..BEYOND };
+    let mut factorisations = |change: f64| {
+        let next = resolver.solve(&mut turned(change), &mut ()).unwrap();
+        assert_eq!(next.way, Way::ActiveSet);
+        let length = (3.0 + change).hypot(4.0);
+        assert_at(&next.report.x, [(3.0 + change) / length, 4.0 / length]);
+        next.report.counters.factorisations
+    };
+    assert!(factorisations(0.1) > 0);
+    assert_eq!(factorisations(0.1 + SMALL), 0);
+    assert_eq!(factorisations(0.1 - SMALL), 0);
+
+    let empty = Nearest { lower: [2.0, 2.0], ..BEYOND };
+    assert_eq!(resolver.solve(&mut empty.clone(), &mut ()).unwrap().report.status, Status::Infeasible);
+    let next = resolver.solve(&mut turned(0.1), &mut ()).unwrap();
+    assert_eq!(next.way, Way::ActiveSet);
+    assert!(next.report.counters.factorisations > 0);
+}
+
 #[test]
 fn numbers_that_are_not_finite_are_refused() {
     let start = WarmStart {
