@@ -1,6 +1,7 @@
 //! The nonlinear program as a user states it.
 
 use crate::error::NlpError;
+use crate::vector::in_vectors;
 
 /// Positions of the structural non-zeros of a sparse matrix, as coordinate pairs.
 ///
@@ -47,12 +48,21 @@ impl Pattern {
             let what = if matrix == "Jacobian" { "Jacobian pattern cols" } else { "Hessian pattern cols" };
             return Err(NlpError::Length { what, found: self.cols.len(), expected: self.rows.len() });
         }
-        for (entry, (&row, &col)) in self.rows.iter().zip(&self.cols).enumerate() {
-            if row >= rows || col >= cols {
-                return Err(NlpError::PatternRange { matrix, entry, row, col, rows, cols });
+        match self.first_beyond(|row, col| row >= rows || col >= cols) {
+            Some(entry) => {
+                let (row, col) = (self.rows[entry], self.cols[entry]);
+                Err(NlpError::PatternRange { matrix, entry, row, col, rows, cols })
             }
+            None => Ok(()),
         }
-        Ok(())
+    }
+
+    /// The first position that is where none may be.
+    pub(crate) fn first_beyond(&self, is_beyond: impl Fn(usize, usize) -> bool) -> Option<usize> {
+        let mut positions = self.rows.iter().zip(&self.cols);
+        // As a rule there is none: all are looked at without a branch first.
+        let any = in_vectors(|| positions.clone().fold(false, |any, (row, col)| any | is_beyond(*row, *col)));
+        if any { positions.position(|(row, col)| is_beyond(*row, *col)) } else { None }
     }
 }
 

@@ -75,7 +75,6 @@ fn check_bounds(
 }
 
 /// Entries of an array of the user's, with their scaling factors.
-#[derive(Default)]
 struct Source {
     entries: Selection,
     factors: Vec<f64>,
@@ -88,18 +87,19 @@ fn restrict(
     col_index: &[usize],
     factor: impl Fn(usize, usize) -> f64,
 ) -> (Pattern, Source) {
-    let mut kept =
-        Pattern { rows: Vec::with_capacity(pattern.len()), cols: Vec::with_capacity(pattern.len()) };
-    let mut source = Source { entries: Selection::default(), factors: Vec::with_capacity(pattern.len()) };
-    for (entry, (&row, &col)) in pattern.rows.iter().zip(&pattern.cols).enumerate() {
-        if row_index[row] != usize::MAX && col_index[col] != usize::MAX {
-            kept.rows.push(row_index[row]);
-            kept.cols.push(col_index[col]);
-            source.entries.push(entry);
-            source.factors.push(factor(row, col));
-        }
+    let is_kept =
+        |(row, col): (&usize, &usize)| row_index[*row] != usize::MAX && col_index[*col] != usize::MAX;
+    let entries = Selection::of_those(pattern.rows.iter().zip(&pattern.cols).map(is_kept));
+    let room = pattern.len();
+    let mut kept = Pattern { rows: Vec::with_capacity(room), cols: Vec::with_capacity(room) };
+    let mut factors = Vec::with_capacity(room);
+    for (_, run) in entries.runs() {
+        let (rows, cols) = (&pattern.rows[run.clone()], &pattern.cols[run]);
+        kept.rows.extend(rows.iter().map(|row| row_index[*row]));
+        kept.cols.extend(cols.iter().map(|col| col_index[*col]));
+        factors.extend(rows.iter().zip(cols).map(|(row, col)| factor(*row, *col)));
     }
-    (kept, source)
+    (kept, Source { entries, factors })
 }
 
 /// Position of each of `total` indices in the sorted list `kept`; `usize::MAX` where it is not in the list.
@@ -134,10 +134,12 @@ impl Stated {
         jacobian.check("Jacobian", m, n)?;
         let hessian = nlp.hessian_pattern();
         hessian.check("Hessian", n, n)?;
-        for (entry, (&row, &col)) in hessian.rows.iter().zip(&hessian.cols).enumerate() {
-            if row < col {
-                return Err(NlpError::UpperTriangle { entry, row, col });
-            }
+        if let Some(entry) = hessian.first_beyond(|row, col| row < col) {
+            return Err(NlpError::UpperTriangle {
+                entry,
+                row: hessian.rows[entry],
+                col: hessian.cols[entry],
+            });
         }
         Ok(Self { variables: (xl, xu), constraints: (cl, cu), jacobian, hessian })
     }

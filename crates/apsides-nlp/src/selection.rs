@@ -27,8 +27,28 @@ impl Selection {
         selection
     }
 
+    /// The entries that are kept.
+    pub(crate) fn of_those(are_kept: impl Iterator<Item = bool>) -> Self {
+        let mut selection = Self::default();
+        let mut kept = 0;
+        let mut begin = 0;
+        let mut end = 0;
+        let mut before = false;
+        for is_kept in are_kept.chain([false]) {
+            if is_kept != before {
+                if before {
+                    selection.runs.push(Run { whole: begin, kept, length: end - begin });
+                    kept += end - begin;
+                }
+                (begin, before) = (end, is_kept);
+            }
+            end += 1;
+        }
+        selection
+    }
+
     /// Keeps one more entry.
-    pub(crate) fn push(&mut self, position: usize) {
+    fn push(&mut self, position: usize) {
         let kept = match self.runs.last_mut() {
             Some(last) if last.whole + last.length == position => {
                 last.length += 1;
@@ -74,5 +94,16 @@ mod tests {
             assert_eq!(kept, expected, "{positions:?}");
         }
         assert_eq!(Selection::of(&[1, 2, 4, 5, 7]).runs().count(), 3);
+    }
+
+    #[test]
+    fn marks_and_positions_keep_the_same() {
+        for marks in
+            [&[][..], &[false], &[true], &[true, true, false, true], &[false, true, true, false, false, true]]
+        {
+            let positions: Vec<usize> = (0..marks.len()).filter(|&k| marks[k]).collect();
+            let of_marks: Vec<_> = Selection::of_those(marks.iter().copied()).runs().collect();
+            assert_eq!(of_marks, Selection::of(&positions).runs().collect::<Vec<_>>());
+        }
     }
 }
