@@ -47,7 +47,7 @@ pub(crate) struct Reach {
     pub(crate) close: f64,
     /// Residuals of the scaled functions at which the steps end.
     pub(crate) residual: f64,
-    /// True if an older factor may take the last step: where residuals need not come down to rounding.
+    /// True if an older factor may take the last step, where residuals need not come down to rounding, and one is kept.
     pub(crate) keeps_factor: bool,
 }
 
@@ -238,6 +238,10 @@ impl SolverState {
             let dual = self.dual_residual.iter().zip(sides).map(free).fold(0.0, f64::max);
             let residual = dual.max(max_abs(&self.current.constraints));
             if residual <= reach.residual {
+                // Whoever keeps it wants the factor of a point that needs no step, too, and whether it is a minimum.
+                if reach.keeps_factor && step == 0 && !has_factor {
+                    self.factor_at_point(&structure, problem, system, sides)?;
+                }
                 return Ok(Solved { steps: step, least: LEAST });
             }
             if step == reach.steps {
@@ -257,8 +261,7 @@ impl SolverState {
             let is_enough = reach.keeps_factor && residual * (residual / last) <= reach.residual;
             let is_chord = if step > 0 { residual <= CHORD * last || is_enough } else { has_factor };
             if !is_chord {
-                problem.hessian(&self.current.v, &self.current.y, &mut self.hessian, &mut self.diagonal);
-                self.factor_held(&structure, system, sides)?;
+                self.factor_at_point(&structure, problem, system, sides)?;
             }
             self.newton_step(reach.close, &structure, system, sides)?;
             last = residual;
@@ -267,12 +270,14 @@ impl SolverState {
     }
 
     /// Factorises the system with the bounds of `sides` held, by the derivatives at the point.
-    fn factor_held(
+    fn factor_at_point(
         &mut self,
         structure: &Structure,
+        problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
         sides: &[Standing],
     ) -> Result<(), Miss> {
+        problem.hessian(&self.current.v, &self.current.y, &mut self.hessian, &mut self.diagonal);
         for (i, side) in sides.iter().enumerate() {
             if *side != Standing::Free {
                 self.diagonal[i] = HELD;

@@ -261,7 +261,7 @@ fn by_active_set(
     let Ok(iterations) = engine.settle(reach, &mut sides, factor.as_deref(), problem, system) else {
         return Ok(Err(system.factorisations));
     };
-    *factored = if system.factorisations > 0 { Some(sides) } else { factor };
+    *factored = Some(sides);
     let (factorisations, solves) = (system.factorisations, system.solves);
     let counters = Counters { iterations, factorisations, solves, ..Counters::default() };
     let mut report = report_point(&engine, problem, Status::Optimal, counters, true);
