@@ -209,8 +209,8 @@ impl SolverState {
         Some(sides)
     }
 
-    /// Newton's method with the bounds of `sides` held, by a factor at a point close by first if there is one, until the conditions are met or the set is seen to be another; an error where it does
-    /// not end within its reach, or the system is not that of a strict minimum.
+    /// Newton's method with the bounds of `sides` held, until the conditions are met or the set is seen to be another; an error where it does
+    /// not end within its reach, or the system is not that of a strict minimum. With `has_factor` the first step is by the factor at hand.
     fn newton(
         &mut self,
         reach: Reach,

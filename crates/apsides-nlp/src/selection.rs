@@ -27,22 +27,20 @@ impl Selection {
         selection
     }
 
-    /// The entries that are kept.
+    /// The entries whose marks are true.
     pub(crate) fn of_those(are_kept: impl Iterator<Item = bool>) -> Self {
         let mut selection = Self::default();
-        let mut kept = 0;
-        let mut begin = 0;
-        let mut end = 0;
-        let mut before = false;
-        for is_kept in are_kept.chain([false]) {
-            if is_kept != before {
-                if before {
-                    selection.runs.push(Run { whole: begin, kept, length: end - begin });
-                    kept += end - begin;
-                }
-                (begin, before) = (end, is_kept);
+        let (mut kept, mut begin, mut before) = (0, 0, false);
+        for (position, is_kept) in are_kept.chain([false]).enumerate() {
+            if is_kept == before {
+                continue;
             }
-            end += 1;
+            if before {
+                let length = position - begin;
+                selection.runs.push(Run { whole: begin, kept, length });
+                kept += length;
+            }
+            (begin, before) = (position, is_kept);
         }
         selection
     }
