@@ -483,19 +483,21 @@ impl<'a> MeshSequence<'a> {
         Ok(ControlFlow::Continue(()))
     }
 
-    /// The remedy for the costates of a finished solution. The mesh that follows one that is not accurate is made for its costates, too.
+    /// The remedy for the costates of a finished solution. The mesh that follows one that is not accurate is made for its costates, too, unless
+    /// arcs lie along bounds of rows: the places of their ends say more of the costates than the points do.
     fn remedy_of_costates(
         &mut self,
         solve: &mut MeshSolve,
         finished: bool,
     ) -> Result<CostateRemedy, RadauError> {
         let (ocp, settings) = (self.ocp, self.settings);
-        let another_follows = self.is_settled && !solve.is_accurate(settings);
+        let has_telling_costates =
+            self.is_settled && !solve.is_accurate(settings) && !holds_rows(&self.attempt.mesh);
         let (scaling, trajectory) = (&solve.nlp.quantity_scales, &mut solve.trajectory);
         if finished {
             return self.costates.remedy(ocp, scaling, settings, self.is_exact, trajectory);
         }
-        if another_follows && solve.estimate.error <= TELLING {
+        if has_telling_costates && solve.estimate.error <= TELLING {
             self.costates.foresee(ocp, scaling, settings, trajectory)?;
         }
         Ok(CostateRemedy::Nothing)
