@@ -217,7 +217,7 @@ impl Resolver {
     }
 }
 
-/// What was analysed for the structure of a problem.
+/// The systems that were analysed for the structure of a problem.
 fn analysed_for<'a>(
     analysed: &'a mut Option<Analysed>,
     problem: &ScaledProblem<'_>,
