@@ -49,13 +49,16 @@ pub(crate) struct Reach {
     pub(crate) residual: f64,
     /// True if an older factor may take the last step, where residuals need not come down to rounding, and one is kept.
     pub(crate) keeps_factor: bool,
+    /// True if a factor of a point close by, for the same set, is at hand for the first step.
+    pub(crate) has_factor: bool,
 }
 
 /// Part of its slack that a bound loses, as the barrier parameter goes to zero, from which on it is active: all of it, or none.
 const ACTIVE: f64 = 0.5;
 
 /// From the end of an interior point method: where a step is long, what determines a variable is the barrier alone, as along singular arcs.
-const POLISH: Reach = Reach { steps: 4, close: 3e-2, residual: ROUNDING, keeps_factor: false };
+const POLISH: Reach =
+    Reach { steps: 4, close: 3e-2, residual: ROUNDING, keeps_factor: false, has_factor: false };
 
 /// The reason why a set of bounds that are held leads to no solution close by.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,13 +99,13 @@ impl Engine {
         self.state.trial.copy_from(&self.state.current);
         let errors = self.state.errors;
         let sides = self.state.sides();
-        let Err(miss) = self.settle(POLISH, &mut sides.clone(), None, problem, system) else { return true };
+        let Err(miss) = self.settle(POLISH, &mut sides.clone(), problem, system) else { return true };
         self.restore(errors, problem);
         if miss != Miss::Contradiction {
             return false;
         }
         let Some(mut by_course) = self.state.sides_by_course(problem, system) else { return false };
-        if by_course != sides && self.settle(POLISH, &mut by_course, None, problem, system).is_ok() {
+        if by_course != sides && self.settle(POLISH, &mut by_course, problem, system).is_ok() {
             return true;
         }
         self.restore(errors, problem);
@@ -119,21 +122,19 @@ impl Engine {
     }
 
     /// Moves the point to the exact solution for the active set that begins as `sides`; the steps that it took, or why the set does not
-    /// settle at an optimal point. The first step is by the factor at hand where it is one for these sides, as `factored` says.
+    /// settle at an optimal point.
     pub(crate) fn settle(
         &mut self,
-        reach: Reach,
+        mut reach: Reach,
         sides: &mut [Standing],
-        factored: Option<&[Standing]>,
         problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
     ) -> Result<usize, Miss> {
         let (lower, upper) = problem.exact_bounds();
         let mut steps = 0;
-        let mut has_factor = factored.is_some_and(|factored| *factored == *sides);
         for _ in 0..ROUNDS {
-            let has_factor = std::mem::take(&mut has_factor);
-            let solved = self.state.newton(reach, problem, system, (sides, has_factor), (&lower, &upper))?;
+            let solved = self.state.newton(reach, problem, system, sides, (&lower, &upper))?;
+            reach.has_factor = false;
             steps += solved.steps;
             if !self.state.revise(sides, solved.least, (&lower, &upper)) {
                 self.state.take_multipliers(sides);
@@ -210,13 +211,13 @@ impl SolverState {
     }
 
     /// Newton's method with the bounds of `sides` held, until the conditions are met or the set is seen to be another; an error where it does
-    /// not end within its reach, or the system is not that of a strict minimum. With `has_factor` the first step is by the factor at hand.
+    /// not end within its reach, or the system is not that of a strict minimum.
     fn newton(
         &mut self,
         reach: Reach,
         problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
-        (sides, has_factor): (&[Standing], bool),
+        sides: &[Standing],
         (lower, upper): (&[f64], &[f64]),
     ) -> Result<Solved, Miss> {
         for (i, side) in sides.iter().enumerate() {
@@ -239,7 +240,7 @@ impl SolverState {
             let residual = dual.max(max_abs(&self.current.constraints));
             if residual <= reach.residual {
                 // Whoever keeps it wants the factor of a point that needs no step, too, and whether it is a minimum.
-                if reach.keeps_factor && step == 0 && !has_factor {
+                if reach.keeps_factor && step == 0 && !reach.has_factor {
                     self.factor_at_point(&structure, problem, system, sides)?;
                 }
                 return Ok(Solved { steps: step, least: LEAST });
@@ -259,7 +260,7 @@ impl SolverState {
             }
             // A step by the same factor leaves about as large a part of the residual as the last one.
             let is_enough = reach.keeps_factor && residual * (residual / last) <= reach.residual;
-            let is_chord = if step > 0 { residual <= CHORD * last || is_enough } else { has_factor };
+            let is_chord = if step > 0 { residual <= CHORD * last || is_enough } else { reach.has_factor };
             if !is_chord {
                 self.factor_at_point(&structure, problem, system, sides)?;
             }

@@ -255,10 +255,10 @@ fn by_active_set(
     engine.state.barrier = engine.state.final_barrier;
     let mut sides = engine.state.sides_of_multipliers(*least_multiplier);
     let residual = RESIDUAL * solver.settings.tolerance;
-    let reach = Reach { steps: STEPS, close: CLOSE, residual, keeps_factor: true };
     // Gone where this way fails: what follows makes other factors.
-    let factor = factored.take();
-    let Ok(iterations) = engine.settle(reach, &mut sides, factor.as_deref(), problem, system) else {
+    let has_factor = factored.take().is_some_and(|factored| factored == sides);
+    let reach = Reach { steps: STEPS, close: CLOSE, residual, keeps_factor: true, has_factor };
+    let Ok(iterations) = engine.settle(reach, &mut sides, problem, system) else {
         return Ok(Err(system.factorisations));
     };
     *factored = Some(sides);

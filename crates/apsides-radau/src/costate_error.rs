@@ -75,7 +75,7 @@ impl CostateMeshes {
             return Ok(CostateRemedy::Nothing);
         }
         let errors = costate_errors(ocp, scaling, trajectory)?;
-        let largest = errors.iter().flatten().copied().fold(0.0, f64::max);
+        let largest = largest_of(&errors);
         if largest <= settings.costate_tolerance {
             return Ok(CostateRemedy::Nothing);
         }
@@ -105,7 +105,7 @@ impl CostateMeshes {
             return Ok(());
         }
         let errors = costate_errors(ocp, scaling, trajectory)?;
-        let largest = errors.iter().flatten().copied().fold(0.0, f64::max);
+        let largest = largest_of(&errors);
         let helped = self.foreseen.is_none_or(|before| largest < GAIN * before);
         self.foreseen = Some(largest);
         if helped {
@@ -113,6 +113,10 @@ impl CostateMeshes {
         }
         Ok(())
     }
+}
+
+fn largest_of(errors: &[Vec<f64>]) -> f64 {
+    errors.iter().flatten().copied().fold(0.0, f64::max)
 }
 
 fn raise(trajectory: &mut Trajectory, errors: Vec<Vec<f64>>, weight: f64) {

@@ -491,13 +491,13 @@ impl<'a> MeshSequence<'a> {
         finished: bool,
     ) -> Result<CostateRemedy, RadauError> {
         let (ocp, settings) = (self.ocp, self.settings);
-        let has_telling_costates =
-            self.is_settled && !solve.is_accurate(settings) && !holds_rows(&self.attempt.mesh);
+        let (is_accurate, error) = (solve.is_accurate(settings), solve.estimate.error);
         let (scaling, trajectory) = (&solve.nlp.quantity_scales, &mut solve.trajectory);
         if finished {
             return self.costates.remedy(ocp, scaling, settings, self.is_exact, trajectory);
         }
-        if has_telling_costates && solve.estimate.error <= TELLING {
+        let are_telling = error <= TELLING && self.is_settled && !holds_rows(&self.attempt.mesh);
+        if are_telling && !is_accurate {
             self.costates.foresee(ocp, scaling, settings, trajectory)?;
         }
         Ok(CostateRemedy::Nothing)

@@ -19,7 +19,7 @@ pub struct RadauSettings {
     /// scale; 5e-7. Bounds on controls are not looked at: next to a jump a polynomial oversteps them on any mesh.
     pub path_tolerance: f64,
     /// Largest error of the costates over an interval, relative to the largest costate, both in the scales of their states. Meshes for the sake
-    /// of the states are made for the costates, too; where the states are accurate, up to three more are made as long as they help. Infinity
+    /// of the states are made for the costates, too, unless arcs lie along bounds of rows; where the states are accurate, up to three more are made as long as they help. Infinity
     /// switches it off; 2e-6, a fifth of what certificates allow.
     pub costate_tolerance: f64,
     /// True if switches of controls and path constraints between their bounds are looked for after each mesh. The next one has
