@@ -20,11 +20,12 @@ except ImportError:
     print("skipped: scipy is not installed (pip install scipy)")
     sys.exit(0)
 
-# Propellant in kg by burns: indirect shooting and, independently, collocation, which agree to 1e-7 kg.
-OPTIMA = {2: 15750.247336, 3: 15565.672403, 5: 15510.099937}
+# Propellant in kg by burns: indirect shooting and, independently, collocation, which agree to 2e-8 kg.
+OPTIMA = {2: 15750.24733606, 3: 15565.67240267, 5: 15510.09993700}
 LARGEST_ERROR = 1e-3
-# What a grid of fixed steps or points is made fine enough for, kg.
-GRID_ERROR = 1e-4
+# What grids of fixed steps or points are made fine enough for, kg: one mesh of our own as coarse as theirs is held against the first,
+# methods that choose their meshes or steps against the second, which is more than they are off.
+GRID_ERRORS = (1e-4, 1e-7)
 TOLERANCE = 1e-9
 METHODS = ("radau", "multiple-shooting", "indirect")
 
@@ -323,10 +324,10 @@ class Apsides:
 
 
 class Entry:
-    """All runs of one program; times are the least ones."""
+    """All runs of one program; times are the least ones. The grid errors that it is held against are those of its peers."""
 
-    def __init__(self, kind, label, program):
-        self.kind, self.label, self.program = kind, label, program
+    def __init__(self, kind, label, program, grid_errors):
+        self.kind, self.label, self.program, self.grid_errors = kind, label, program, grid_errors
         self.build_ms = self.solve_ms = self.call_ms = math.inf
 
     def run(self, repeat):
@@ -343,13 +344,13 @@ class Entry:
         return self.build_ms + self.solve_ms
 
 
-def coarsest(make, optimum, sizes):
-    """The least size of a grid whose optimum is exact to GRID_ERROR."""
+def coarsest(make, optimum, error, sizes):
+    """The least size of a grid whose optimum is exact to an error."""
     for size in sizes:
         program = make(size)
         program.build()
         _, _, propellant, success = program.solve()
-        if success and abs(propellant - optimum) < GRID_ERROR:
+        if success and abs(propellant - optimum) < error:
             return size
     raise AssertionError(f"no grid up to {sizes[-1]} is fine enough")
 
@@ -362,34 +363,43 @@ def compare(program, burns, methods, arguments):
     def ipopt(points, strategy="monotone", bounds=True, expand=True):
         return Collocation(injection, points, STRATEGIES[strategy], bounds, expand)
 
-    optimum = OPTIMA[burns]
-    points = coarsest(lambda n: ipopt(n, bounds=False), optimum, range(4, 20))
-    steps = coarsest(lambda n: Shooting(injection, n), optimum, range(1, 20))
-    same = ["intervals=1", f"points={points}", "max_refinements=0", f"nlp_tolerance={TOLERANCE}"]
-    same = [word for key in same for word in ("--set", f"radau.{key}")]
     entries = [
-        Entry("SciPy", "SciPy solve_ivp", Scipy(injection, compiled=False)),
-        Entry("SciPy", "SciPy ode", Scipy(injection, compiled=True)),
-        Entry("shooting", f"CasADi, {steps} steps", Shooting(injection, steps)),
-        Entry("Ipopt", f"Ipopt monotone, {points} points", ipopt(points)),
-        Entry("Ipopt", "Ipopt adaptive", ipopt(points, "quality")),
-        Entry("Ipopt", "Ipopt without bounds", ipopt(points, bounds=False)),
-        Entry("Ipopt", "the same, not expanded", ipopt(points, bounds=False, expand=False)),
-        Entry("apsides", f"radau, {points} points", Apsides([*call, "--method", "radau", *same])),
+        Entry("SciPy", "SciPy solve_ivp", Scipy(injection, compiled=False), GRID_ERRORS),
+        Entry("SciPy", "SciPy ode", Scipy(injection, compiled=True), GRID_ERRORS),
     ]
-    entries += [Entry("apsides", method, Apsides([*call, "--method", method])) for method in methods]
+    for error in GRID_ERRORS:
+        points = coarsest(lambda n: ipopt(n, bounds=False), OPTIMA[burns], error, range(4, 20))
+        steps = coarsest(lambda n: Shooting(injection, n), OPTIMA[burns], error, range(1, 20))
+        same = ["intervals=1", f"points={points}", "max_refinements=0", f"nlp_tolerance={TOLERANCE}"]
+        same = [word for key in same for word in ("--set", f"radau.{key}")]
+        on = f"{points} points"
+        entries += [
+            Entry("shooting", f"CasADi, {steps} steps", Shooting(injection, steps), (error,)),
+            Entry("Ipopt", f"Ipopt monotone, {on}", ipopt(points), (error,)),
+            Entry("Ipopt", f"Ipopt adaptive, {on}", ipopt(points, "quality"), (error,)),
+            Entry("Ipopt", f"Ipopt without bounds, {on}", ipopt(points, bounds=False), (error,)),
+            Entry("Ipopt", f"the same, not expanded, {on}", ipopt(points, bounds=False, expand=False), (error,)),
+            Entry("apsides", f"radau, {on}", Apsides([*call, "--method", "radau", *same]), (error,)),
+        ]
+    finest = GRID_ERRORS[-1:]
+    entries += [Entry("apsides", method, Apsides([*call, "--method", method]), finest) for method in methods]
     for _ in range(arguments.turns):
         for entry in entries:
             # The calls of apsides repeat by themselves.
             entry.run(1 if entry.kind == "apsides" else arguments.repeat)
     for entry in entries:
-        error = abs(entry.propellant - optimum)
-        assert error < LARGEST_ERROR, f"{entry.label}: {entry.propellant} kg, not {optimum}"
+        error = abs(entry.propellant - OPTIMA[burns])
+        assert error < LARGEST_ERROR, f"{entry.label}: {entry.propellant} kg, not {OPTIMA[burns]}"
     return entries
 
 
+def rivals(own, kind, entries):
+    """Programs of a kind whose grids are as fine as one of our own asks for."""
+    return [e for e in entries if e.kind == kind and set(own.grid_errors) <= set(e.grid_errors)]
+
+
 COLUMNS = (
-    ("burns", 5), ("program", 26), ("size", 5), ("iterations", 10), ("build ms", 9), ("solve ms", 9), ("both", 9),
+    ("burns", 5), ("program", 33), ("size", 5), ("iterations", 10), ("build ms", 9), ("solve ms", 9), ("both", 9),
     ("certified", 9), ("error kg", 9),
 )
 KINDS = ("SciPy", "shooting", "Ipopt")
@@ -419,8 +429,8 @@ def ratios(results):
         for own in (e for e in entries if e.kind == "apsides"):
             cells = []
             for kind in KINDS:
-                rivals = [e for e in entries if e.kind == kind]
-                total, solve = min(e.total_ms for e in rivals), min(e.solve_ms for e in rivals)
+                others = rivals(own, kind, entries)
+                total, solve = min(e.total_ms for e in others), min(e.solve_ms for e in others)
                 cells.append(f"{total / own.total_ms:8.2f} {solve / own.solve_ms:6.2f}")
             print(f"{burns:>5} {own.label:>18} " + " ".join(cells))
 
@@ -445,12 +455,12 @@ def main():
         report(burns, results[burns])
     found = findings.Findings(
         "Injection into geostationary orbit",
-        "Solves alone, beside the fastest program of each kind. The peers' grids are the coarsest that are exact to 1e-4 kg, found with the known optimum.",
+        "Solves alone, beside the fastest program of each kind. The peers' grids are the coarsest that are exact to 1e-4 kg beside one mesh as coarse, and to 1e-7 kg beside another and beside methods that refine meshes or choose steps; they are found with the known optimum.",
     )
     for burns, entries in results.items():
         for own in (e for e in entries if e.kind == "apsides"):
             for kind in KINDS:
-                rival = min((e for e in entries if e.kind == kind), key=lambda e: e.solve_ms)
+                rival = min(rivals(own, kind, entries), key=lambda e: e.solve_ms)
                 errors = " and ".join(f"{abs(e.propellant - OPTIMA[burns]):.0e}" for e in (own, rival))
                 found.add(f"{burns} burns, {own.label}", rival.label, own.solve_ms, rival.solve_ms, f"propellant off by {errors} kg")
     findings.write(arguments.findings, found)
