@@ -13,8 +13,14 @@ use crate::settings::StageSettings;
 use crate::stage::{Stage, StageProgram};
 use crate::work::{Direction, StageWork};
 
-/// Part of the way to the boundary that a step goes.
-const STEP: f64 = 0.99;
+/// Of what the predictor's step lacks of a whole one, the part by which the step stays away from the boundary, and the least such part: points
+/// beside it are badly centred, and the steps after them short.
+const AWAY: f64 = 0.1;
+const LEAST_AWAY: f64 = 1e-4;
+/// Least part of the mean complementarity that the corrector aims at.
+const LEAST_CENTRING: f64 = 1e-6;
+/// Longest step that is looked for: one that stays away from the boundary is still whole.
+const LONGEST: f64 = 1.0 / (1.0 - AWAY);
 /// Residual of the linear system, as part of that which a solution may have.
 const ACCURACY: f64 = 1e-2;
 /// Shortest step that counts as progress.
@@ -386,7 +392,8 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
         if !tau_predicted.is_finite() {
             return false;
         }
-        let sigma = centring(step);
+        let rest = 1.0 - step.min(1.0);
+        let sigma = (rest * rest).max(LEAST_CENTRING);
         let mean = (m.complementarity + kappa * tau) / degree as f64;
         let keep = 1.0 - sigma;
         // Corrector.
@@ -405,7 +412,8 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
         let product = sigma * mean - kappa * tau - kappa_predicted * tau_predicted;
         let tau_step = (keep * m.gap + product / tau + value) / below;
         let kappa_step = (product - kappa * tau_step) / tau;
-        let step = (STEP * self.join(tau_step, kappa_step, keep)).min(1.0);
+        let part = 1.0 - (AWAY * rest).max(LEAST_AWAY);
+        let step = (part * self.join(tau_step, kappa_step, keep)).min(1.0);
         if !(step > SHORTEST && tau_step.is_finite()) {
             return false;
         }
@@ -418,7 +426,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
         true
     }
 
-    /// Adds the part of `tau` to the predictor of variables and multipliers. Returns the longest step within the cones, at most 1 / 0.99.
+    /// Adds the part of `tau` to the predictor of variables and multipliers. Returns the longest step within the cones, at most [`LONGEST`].
     #[inline(always)]
     fn predict(&mut self, tau_step: f64, kappa_step: f64) -> f64 {
         let mut step = self.scalar_step(tau_step, kappa_step);
@@ -445,7 +453,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
 
     #[inline(always)]
     fn scalar_step(&self, tau_step: f64, kappa_step: f64) -> f64 {
-        let mut step = 1.0 / STEP;
+        let mut step = LONGEST;
         for (v, d) in [(self.iterate.tau, tau_step), (self.iterate.kappa, kappa_step)] {
             if v + step * d < 0.0 {
                 step = -v / d;
@@ -476,12 +484,6 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> StageWo
         add(step, &self.step.z, &mut self.point.z);
         add(step, &self.slack_step, &mut self.slack);
     }
-}
-
-/// Part of the mean complementarity that the corrector aims at.
-fn centring(step: f64) -> f64 {
-    let rest = 1.0 - step.min(1.0);
-    (rest * rest * rest).max(1e-4)
 }
 
 fn relative_gap(objective: f64, dual: f64) -> f64 {
