@@ -28,6 +28,10 @@ const SHORTEST: f64 = 1e-7;
 /// Gap and residuals that a reduced solution may have.
 const REDUCED: [f64; 2] = [5e-5, 1e-4];
 
+/// Residual of a certificate that is rounding, as part of its largest number, and the largest part of its value that such a residual may have.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+const CERTAIN: f64 = 1e-6;
+
 /// Norms of the data that residuals are held against.
 #[derive(Clone, Copy, Debug)]
 struct Sizes {
@@ -323,11 +327,11 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
         let feasible = self.settings.feasibility_tolerance;
         if gap <= self.settings.gap_tolerance && primal_residual.max(dual_residual) <= feasible {
             report.status = Status::Solved;
-        } else if m.price < 0.0 && m.homogeneous_dual <= -feasible * m.price {
+        } else if is_certain(m.price, m.homogeneous_dual, m.multipliers, feasible) {
             report.status = Status::Infeasible;
             report.certificate_residual = -m.homogeneous_dual / m.price;
             (report.objective, report.dual_objective) = (f64::INFINITY, f64::INFINITY);
-        } else if m.cost < 0.0 && m.homogeneous_primal <= -feasible * m.cost {
+        } else if is_certain(m.cost, m.homogeneous_primal, m.variables, feasible) {
             report.status = Status::Unbounded;
             report.certificate_residual = -m.homogeneous_primal / m.cost;
             (report.objective, report.dual_objective) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
@@ -484,6 +488,11 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> StageWo
         add(step, &self.step.z, &mut self.point.z);
         add(step, &self.slack_step, &mut self.slack);
     }
+}
+
+/// True for a certificate of a value whose residual is tolerated, or is what rounding leaves of numbers of a size.
+fn is_certain(value: f64, residual: f64, size: f64, tolerance: f64) -> bool {
+    value < 0.0 && (residual <= -tolerance * value || residual <= (ROUNDING * size).min(-CERTAIN * value))
 }
 
 fn relative_gap(objective: f64, dual: f64) -> f64 {

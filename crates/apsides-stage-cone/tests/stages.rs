@@ -157,6 +157,9 @@ proptest! {
     }
 }
 
+/// Rounding: residual of a certificate of value one with multipliers of 5e6, to which 1e-5 out of reach lead, sixteen times that of one of them.
+const CERTIFICATE: f64 = 2e-8;
+
 /// `u` and `s >= |u|`, position and speed, `s <= most`.
 type Cart = Stage<2, 4, 3>;
 
@@ -220,6 +223,25 @@ fn a_target_out_of_reach_has_a_certificate() {
         let value: f64 = data.right_hand_side.iter().zip(&dual).map(|(b, z)| b * z).sum();
         assert!((value + 1.0).abs() < GAP, "{value}");
         assert!(work.iter().zip(&stages).all(|(w, s)| inside(s, w.multipliers(), 0.0)));
+    }
+}
+
+#[test]
+fn what_only_just_cannot_be_met_is_told_at_any_tolerance() {
+    // The cart of the test above: a certificate of the last distances is worth so little that its residual is rounding.
+    let stages = carts(0.04, 11);
+    let mut work = vec![StageWork::ZERO; 11];
+    for beyond in [1e-2, 1e-3, 1e-4, 1e-5] {
+        for tolerance in [1e-6, 1e-8, 1e-10, 1e-12, 1e-14] {
+            let settings = StageSettings {
+                feasibility_tolerance: tolerance,
+                gap_tolerance: tolerance,
+                ..StageSettings::default()
+            };
+            let report = solve_stages(&to_rest(&stages, 1.0 + beyond), &mut work, &settings).unwrap();
+            assert_eq!(report.status, Status::Infeasible, "{beyond} {tolerance} {report:?}");
+            assert!(report.certificate_residual <= tolerance.max(CERTIFICATE), "{report:?}");
+        }
     }
 }
 
