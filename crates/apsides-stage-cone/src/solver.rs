@@ -14,11 +14,11 @@ use crate::stage::{Stage, StageProgram};
 use crate::work::{Direction, StageWork};
 
 /// Of what the predictor's step lacks of a whole one, the part by which the step stays away from the boundary, and the least such part: points
-/// beside it are badly centred, and the steps after them short.
+/// beside it are badly centred, and the steps after them short, or the systems there too badly conditioned.
 const AWAY: f64 = 0.1;
-const LEAST_AWAY: f64 = 1e-4;
+const LEAST_AWAY: f64 = 1e-2;
 /// Least part of the mean complementarity that the corrector aims at.
-const LEAST_CENTRING: f64 = 1e-6;
+const LEAST_CENTRING: f64 = 1e-4;
 /// Longest step that is looked for: one that stays away from the boundary is still whole.
 const LONGEST: f64 = 1.0 / (1.0 - AWAY);
 /// Residual of the linear system, as part of that which a solution may have.
