@@ -13,7 +13,7 @@ use crate::settings::StageSettings;
 use crate::stage::{Stage, StageProgram};
 use crate::work::{Direction, StageWork};
 
-/// Of what the predictor's step lacks of a whole one, the part by which the step stays away from the boundary, and the least such part: points
+/// A step stays away from the boundary by this part of what the predictor's step lacks of a whole one, and by the least part at least: points
 /// beside it are badly centred, and the steps after them short, or the systems there too badly conditioned.
 const AWAY: f64 = 0.1;
 const LEAST_AWAY: f64 = 1e-2;
