@@ -99,8 +99,31 @@ const REDUCED: f64 = 1e-4;
 /// Solver: what rows and states may be off by, relative to the size of the solution.
 const RESIDUAL: f64 = 1e-6;
 
-/// Solves by both; checks rows and states of the solution from the data, and the objective against Clarabel's, or where Clarabel finds none, as
-/// in one of some thousand programs with given ends, against the dual objective.
+/// The largest residual of the dual constraints of a solution, from the data: `cost + (0, y_k) - rows' z - dynamics' y_k+1`, and the end equations.
+fn dual_residual<const NE: usize>(
+    program: &StageProgram<'_, NX, NW, NR, NE>,
+    work: &[StageWork<NX, NW, NR, NE>],
+    ends: &[f64; NE],
+) -> f64 {
+    let residual = |k: usize| {
+        let (stage, here) = (&program.stages[k], &work[k]);
+        let mut off = stage.cost;
+        (0..NX).for_each(|i| off[Small::state(i)] += here.state_multipliers()[i]);
+        let mut take = |row: &Row<NW>, by: f64| row.terms().for_each(|(c, v)| off[c] -= by * v);
+        stage.constraints().zip(here.multipliers()).for_each(|((row, _), z)| take(row, *z));
+        if let Some(next) = work.get(k + 1) {
+            stage.dynamics.iter().zip(next.state_multipliers()).for_each(|(row, y)| take(row, *y));
+        } else {
+            let ends = program.end.iter().zip(ends);
+            ends.for_each(|(row, y)| (0..NX).for_each(|i| off[Small::state(i)] += y * row[i]));
+        }
+        off.iter().fold(0.0_f64, |m, v| m.max(v.abs()))
+    };
+    (0..work.len()).map(residual).fold(0.0, f64::max)
+}
+
+/// Solves by both; checks both sides of the solution from the data, and the objective against Clarabel's, or where Clarabel finds none, as in one
+/// of some thousand programs with given ends, against the dual objective.
 fn agrees<const NE: usize>(program: &StageProgram<'_, NX, NW, NR, NE>) {
     let mut work = vec![StageWork::ZERO; program.stages.len()];
     let report = solve_stages(program, &mut work, &StageSettings::default()).expect("well-posed");
@@ -114,6 +137,9 @@ fn agrees<const NE: usize>(program: &StageProgram<'_, NX, NW, NR, NE>) {
         _ => panic!("{report:?}"),
     }
     let size = work.iter().flat_map(|w| w.variables()).fold(1.0_f64, |m, v| m.max(v.abs()));
+    let multipliers = work.iter().flat_map(|w| w.state_multipliers().iter().chain(w.multipliers()));
+    let largest = multipliers.chain(&report.end_multipliers).fold(1.0_f64, |m, v| m.max(v.abs()));
+    assert!(dual_residual(program, &work, &report.end_multipliers) < RESIDUAL * largest, "{report:?}");
     let mut state = program.start;
     for (work, stage) in work.iter().zip(program.stages) {
         let w = work.variables();
