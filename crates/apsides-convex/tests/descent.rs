@@ -492,7 +492,7 @@ proptest! {
         }
         let mass = s.masses[s.masses.len() - 1];
         prop_assert!((end[7] - mass).abs() < SAME_MASS, "{} {}", end[7], mass);
-        // Linear controls that turn between the nodes are shorter than their bound, by as much as they turn.
+        // Controls are nowhere longer than their bound, and shorter where they turn between the nodes.
         prop_assert!(end[6] > mass - SAME_MASS, "{} {}", end[6], mass);
         prop_assert!(s.throttles.iter().all(|t| *t > problem.thrust[0] - 1.0 && *t < problem.thrust[1] + 1.0));
     }
