@@ -24,24 +24,88 @@ pub fn golden_section(interval: [f64; 2], evaluations: usize, mut f: impl FnMut(
 /// # Errors
 /// The first error of the function.
 pub fn try_golden_section<E>(
-    [mut a, mut b]: [f64; 2],
+    interval: [f64; 2],
     evaluations: usize,
     mut f: impl FnMut(f64) -> Result<f64, E>,
 ) -> Result<[f64; 2], E> {
-    let (mut left, mut right) = (b - RATIO * (b - a), a + RATIO * (b - a));
-    let (mut at_left, mut at_right) = (f(left)?, f(right)?);
-    for _ in 2..evaluations {
-        if at_left <= at_right {
-            (b, right, at_right) = (right, left, at_left);
-            left = b - RATIO * (b - a);
-            at_left = f(left)?;
-        } else {
-            (a, left, at_left) = (left, right, at_right);
-            right = a + RATIO * (b - a);
-            at_right = f(right)?;
+    let mut bracket = Bracket::new(interval);
+    for count in 0..evaluations.max(2) {
+        let value = f(bracket.next)?;
+        bracket.take(count, value);
+    }
+    Ok(bracket.best)
+}
+
+/// [`golden_section`] for many functions, each on an interval of its own: `f` gives the values of all at one abscissa each, in their order.
+///
+/// ```
+/// let found = apsides_basis::golden_sections(&[[0.0, 3.0], [-2.0, 1.0]], 40, |x| {
+///     vec![(x[0] - 1.0).powi(2) + 2.0, (x[1] + 1.0).powi(2)]
+/// });
+/// assert!((found[0][0] - 1.0).abs() < 1e-7 && (found[1][0] + 1.0).abs() < 1e-7);
+/// ```
+pub fn golden_sections(
+    intervals: &[[f64; 2]],
+    evaluations: usize,
+    mut f: impl FnMut(&[f64]) -> Vec<f64>,
+) -> Vec<[f64; 2]> {
+    let mut brackets: Vec<Bracket> = intervals.iter().copied().map(Bracket::new).collect();
+    for count in 0..evaluations.max(2) {
+        let abscissae: Vec<f64> = brackets.iter().map(|b| b.next).collect();
+        brackets.iter_mut().zip(f(&abscissae)).for_each(|(bracket, value)| bracket.take(count, value));
+    }
+    brackets.iter().map(|b| b.best).collect()
+}
+
+/// An interval with two points inside, each with its value.
+struct Bracket {
+    ends: [f64; 2],
+    left: [f64; 2],
+    right: [f64; 2],
+    /// The abscissa at which the function is wanted next, and the side of it.
+    next: f64,
+    is_left: bool,
+    /// The better one of the two points, once both have values.
+    best: [f64; 2],
+}
+
+impl Bracket {
+    fn new([a, b]: [f64; 2]) -> Self {
+        let [left, right] = [b - RATIO * (b - a), a + RATIO * (b - a)];
+        let none = f64::NAN;
+        Self {
+            ends: [a, b],
+            left: [left, none],
+            right: [right, none],
+            next: left,
+            is_left: true,
+            best: [none; 2],
         }
     }
-    Ok(if at_left <= at_right { [left, at_left] } else { [right, at_right] })
+
+    /// Takes the value at the abscissa that was wanted, the `count`th one; the interval shrinks from the second on.
+    fn take(&mut self, count: usize, value: f64) {
+        if self.is_left {
+            self.left[1] = value;
+        } else {
+            self.right[1] = value;
+        }
+        if count == 0 {
+            (self.next, self.is_left) = (self.right[0], false);
+            return;
+        }
+        self.is_left = self.left[1] <= self.right[1];
+        let [a, b] = &mut self.ends;
+        if self.is_left {
+            (self.best, *b, self.right) = (self.left, self.right[0], self.left);
+            self.left[0] = *b - RATIO * (*b - *a);
+            self.next = self.left[0];
+        } else {
+            (self.best, *a, self.left) = (self.right, self.left[0], self.right);
+            self.right[0] = *a + RATIO * (*b - *a);
+            self.next = self.right[0];
+        }
+    }
 }
 
 #[cfg(test)]

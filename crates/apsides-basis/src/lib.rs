@@ -39,7 +39,7 @@
 //! | [`chebyshev_lobatto`], [`clenshaw_curtis`] | Chebyshev extreme points and their quadrature weights |
 //! | [`Bspline`] | B-splines of any order and continuity: derivatives, knot insertion, degree elevation |
 //! | [`legendre`] | a Legendre polynomial and its derivative |
-//! | [`golden_section`] | the minimum of a function of one variable |
+//! | [`golden_section`], [`golden_sections`] | the minimum of a function of one variable, of many at once |
 //!
 //! References: D. Garg et al., *Automatica* 46 (2010) 1843, doi:10.1016/j.automatica.2010.06.048 (Radau
 //! collocation, `A = D[:, 1..]^-1`); J.-P. Berrut and L. N. Trefethen, *SIAM Review* 46 (2004) 501,
@@ -67,7 +67,7 @@ pub use bspline::{Bspline, MAX_ORDER};
 pub use chebyshev::{chebyshev_lobatto, clenshaw_curtis};
 pub use error::BasisError;
 pub use gauss::Gauss;
-pub use golden_section::{golden_section, try_golden_section};
+pub use golden_section::{golden_section, golden_sections, try_golden_section};
 pub use legendre::legendre;
 pub use lobatto::Lobatto;
 pub use radau::Lgr;

@@ -169,6 +169,18 @@ impl<'a> Equations<'a> {
         })
     }
 
+    /// Returns true if there is a path constraint row of this index, and controls alone enter it and those beside it, by value or by derivative:
+    /// what switches at a time has no slope in it.
+    pub(crate) fn is_of_controls_alone(&self, row: usize) -> bool {
+        let controls = self.nx..self.nx + self.nu;
+        let formula = self.path_row(row).and_then(|(function, _)| function.formula().ok());
+        formula.is_some_and(|formula| {
+            let operands = formula.operations().iter().flat_map(|operation| operation.operands());
+            let mut values = operands.chain(formula.outputs().iter().copied());
+            values.all(|v| v >= formula.inputs() || controls.contains(&v))
+        })
+    }
+
     /// The states that a path constraint row takes.
     pub(crate) fn states_of_row(&self, row: usize) -> impl Iterator<Item = usize> {
         let columns = self.path_row(row).map(|(function, output)| {
@@ -292,7 +304,7 @@ impl<'a> Equations<'a> {
     }
 
     /// Function and output of a path constraint row.
-    fn path_row(&self, row: usize) -> Option<(&'a dyn NodeFunction, usize)> {
+    pub(crate) fn path_row(&self, row: usize) -> Option<(&'a dyn NodeFunction, usize)> {
         let phase = self.phase;
         let mut first = 0;
         for p in &phase.path {

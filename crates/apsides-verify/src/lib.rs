@@ -73,6 +73,7 @@ mod constant_controls;
 mod convexity;
 mod ends;
 mod equations;
+mod many_points;
 mod meaning;
 mod optimality;
 mod place;

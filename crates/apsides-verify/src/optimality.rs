@@ -26,6 +26,7 @@ mod kink;
 mod minimum;
 mod proof;
 mod ridges;
+mod search;
 mod stated_costates;
 mod stationarity;
 mod touch;

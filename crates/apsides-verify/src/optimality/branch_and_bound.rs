@@ -21,7 +21,7 @@ use std::collections::BinaryHeap;
 use apsides_ad::{Derivatives, Expansion};
 use nalgebra::DMatrix;
 
-use super::control_set::Found;
+use super::search::Found;
 use crate::convexity;
 
 /// All values between two.

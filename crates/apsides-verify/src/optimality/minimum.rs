@@ -25,10 +25,12 @@
 
 use apsides_ocp::{Phase, PiecewisePolynomial, Variable};
 
-use super::control_set::{Alone, ControlSet, Found, Search};
+use super::control_set::ControlSet;
 use super::proof::{Proof, Searched};
+use super::search::{Alone, Found, Search};
 use super::{KIND, PhaseConditions};
 use crate::certificate::LEAST_HAMILTONIAN;
+use crate::many_points::AtTime;
 use crate::place::place;
 use crate::worst::Worst;
 use crate::{Check, VerifySettings};
@@ -122,7 +124,7 @@ impl PhaseConditions<'_> {
 
     /// Searches the control set at the points of the phase, and gives a remark where it is not proved that nothing was missed.
     fn search_points(&mut self, settings: &VerifySettings) -> (Vec<Compared>, Option<String>) {
-        let mut set = self.control_set();
+        let mut set = self.settled_control_set();
         let mut searched = self.compare_all(&set);
         let points: Vec<Searched<'_>> =
             searched.iter().map(|p| Searched { segment: p.segment, time: p.time, least: &p.least }).collect();
@@ -167,8 +169,18 @@ impl PhaseConditions<'_> {
     fn compare_all(&mut self, set: &ControlSet) -> Vec<Compared> {
         let nodes = self.nodes.iter().step_by(self.stride()).map(|n| (n.segment, n.time));
         let points: Vec<(usize, f64)> = nodes.collect();
-        let compare = |(segment, time)| self.compare(set, segment, time);
-        let compared: Vec<Compared> = points.into_iter().map(compare).collect();
+        let (mut stated, mut owns, mut places) = (Vec::new(), Vec::new(), Vec::new());
+        for &(segment, time) in &points {
+            stated.push(self.evaluate(segment, time).value);
+            owns.push(self.point.u.clone());
+            places.push(self.place());
+        }
+        let mut compared = self.compare(self.search(set, &places), &points, &stated, &owns);
+        for point in compared.iter_mut().filter(|p| p.rival.is_some()) {
+            self.evaluate(point.segment, point.time);
+            let own = self.point.u.clone();
+            point.rival = point.rival.take().filter(|u| self.has_other_rates(u, &own));
+        }
         self.control_range = compared.iter().fold(self.control_range, |range, c| range.max(c.range));
         for (j, range) in self.ranges_alone.iter_mut().enumerate() {
             let alone = compared.iter().filter_map(|c| c.alone[j].as_ref());
@@ -177,57 +189,85 @@ impl PhaseConditions<'_> {
         compared
     }
 
+    /// The point as it was evaluated.
+    pub(super) fn place(&self) -> AtTime {
+        AtTime { time: self.point.time, x: self.point.x.clone(), costate: self.point.costate.clone() }
+    }
+
+    /// The control set with the grid moved into it, where that is the same at all points: no state, parameter or time enters its rows.
+    fn settled_control_set(&self) -> ControlSet {
+        let mut set = self.control_set();
+        if set.rows.iter().all(|r| self.equations.is_of_controls_alone(r.row)) {
+            let nu = self.equations.nu;
+            let at = vec![0; set.grid.len() / nu];
+            let mut grid = set.grid.clone();
+            let is_moved = self.search(&set, &[self.place()]).moved(&at, &mut grid);
+            set.grid = (grid.chunks(nu).zip(is_moved))
+                .filter(|(_, is_moved)| *is_moved)
+                .flat_map(|(u, _)| u.iter().copied())
+                .collect();
+            set.settled = set.grid.len();
+        }
+        set
+    }
+
+    fn search<'s>(&'s self, set: &'s ControlSet, places: &'s [AtTime]) -> Search<'s> {
+        Search { equations: &self.equations, set, lower: &set.lower, upper: &set.upper, places }
+    }
+
     fn found_control(&self, segment: usize, time: f64) -> Vec<f64> {
         let mut control = vec![0.0; self.equations.nu];
         self.found.control.evaluate_in(segment, time, &mut control);
         control
     }
 
-    /// Compares the trajectory's control at a point with all others that are admissible there.
-    fn compare(&mut self, set: &ControlSet, segment: usize, time: f64) -> Compared {
-        let nu = self.equations.nu;
-        let stated = self.evaluate(segment, time).value;
-        let own = self.point.u.clone();
+    /// Compares the trajectory's Hamiltonians and controls at points, the places of the search, with all others that are admissible there. Rivals
+    /// may have the same rates.
+    fn compare(
+        &self,
+        search: Search<'_>,
+        points: &[(usize, f64)],
+        stated: &[f64],
+        owns: &[Vec<f64>],
+    ) -> Vec<Compared> {
+        let (nu, set) = (self.equations.nu, search.set);
         let steps = set.steps();
-        let mut search = Search::within(self, set, &set.lower, &set.upper);
-        let mut best: Vec<(f64, Vec<f64>)> = Vec::new();
-        let mut largest = stated;
-        let mut far: Option<(f64, Vec<f64>)> = None;
-        for candidate in set.grid.chunks(nu) {
-            if let Some(h) = search.admissible(candidate) {
-                largest = largest.max(h);
-                let at = best.partition_point(|(other, _)| *other <= h);
-                if at < STARTS {
-                    best.insert(at, (h, search.trial.clone()));
-                    best.truncate(STARTS);
+        let all: Vec<usize> = (0..points.len()).collect();
+        let grids: Vec<OfGrid> = all.iter().map(|&k| of_grid(search, k, &owns[k], stated[k])).collect();
+        let fars = grids.iter().enumerate().filter_map(|(k, grid)| Some((k, grid.far.clone()?)));
+        let mut fars = search.descend(fars, &steps).into_iter();
+        let mut moved = owns.concat();
+        let own_found = search.admissible(&all, &mut moved);
+        let own_starts = own_found.iter().zip(moved.chunks(nu)).map(|(h, u)| h.map(|h| (h, u.to_vec())));
+        let starts: Vec<(usize, Found)> = (grids.iter().zip(own_starts).enumerate())
+            .flat_map(|(k, (grid, own))| grid.best.iter().cloned().chain(own).map(move |found| (k, found)))
+            .collect();
+        let of: Vec<usize> = starts.iter().map(|(k, _)| *k).collect();
+        let mut least: Vec<Found> = stated.iter().copied().zip(owns.iter().cloned()).collect();
+        let is_less = |found: &Found, than: &Found| found.0 < than.0;
+        for (k, found) in of.into_iter().zip(search.descend(starts, &steps)) {
+            if is_less(&found, &least[k]) {
+                least[k] = found;
+            }
+        }
+        let mut alone: Vec<Vec<Option<Alone>>> = all.iter().map(|_| Vec::with_capacity(nu)).collect();
+        for j in 0..nu {
+            for ((alone, least), found) in alone.iter_mut().zip(&mut least).zip(search.alone(owns, j)) {
+                if let Some(found) = found.as_ref().filter(|found| is_less(&found.least, least)) {
+                    *least = found.least.clone();
                 }
-                if set.are_apart(&search.trial, &own) && far.as_ref().is_none_or(|(other, _)| h < *other) {
-                    far = Some((h, search.trial.clone()));
-                }
+                alone.push(found);
             }
         }
-        let far = far.map(|(h, u)| search.descend(h, u, steps.clone()));
-        let far = far.filter(|(_, u)| set.are_apart(u, &own));
-        if let Some(h) = search.admissible(&own) {
-            best.push((h, search.trial.clone()));
+        let mut compared = Vec::with_capacity(points.len());
+        for (k, ((grid, least), alone)) in grids.into_iter().zip(least).zip(alone).enumerate() {
+            let ((segment, time), stated) = (points[k], stated[k]);
+            let far = grid.far.and_then(|_| fars.next()).filter(|(_, u)| set.are_apart(u, &owns[k]));
+            let rival = far.filter(|(h, _)| h - stated <= EQUAL * self.hamiltonian_size).map(|(_, u)| u);
+            let range = grid.largest - least.0;
+            compared.push(Compared { segment, time, stated, range, least, alone, rival });
         }
-        let mut least = (stated, own.clone());
-        for (h, u) in best {
-            let (h, u) = search.descend(h, u, steps.clone());
-            if h < least.0 {
-                least = (h, u);
-            }
-        }
-        let alone: Vec<Option<Alone>> = (0..nu).map(|j| search.alone(&own, j)).collect();
-        for Alone { least: (h, u), .. } in alone.iter().flatten() {
-            if *h < least.0 {
-                least = (*h, u.clone());
-            }
-        }
-        let rival =
-            far.filter(|(h, u)| h - stated <= EQUAL * self.hamiltonian_size && self.has_other_rates(u, &own));
-        let range = largest - least.0;
-        Compared { segment, time, stated, range, least, alone, rival: rival.map(|(_, u)| u) }
+        compared
     }
 
     /// Says whether a control leaves the states that are at their bounds, those of path constraints without controls that are, and those
@@ -317,6 +357,40 @@ impl Compared {
     fn gap(&self) -> f64 {
         self.stated - self.least.0
     }
+}
+
+/// The grid at one point.
+struct OfGrid {
+    /// The best of it.
+    best: Vec<Found>,
+    /// The largest Hamiltonian, not below that of the trajectory.
+    largest: f64,
+    /// The best that is far from the trajectory's control.
+    far: Option<Found>,
+}
+
+fn of_grid(search: Search<'_>, place: usize, own: &[f64], stated: f64) -> OfGrid {
+    let Search { set, .. } = search;
+    let nu = own.len();
+    let (settled, others) = set.grid.split_at(set.settled);
+    let hamiltonians = search.hamiltonians(&vec![place; settled.len() / nu], settled);
+    let settled = hamiltonians.into_iter().map(|h| Some(h).filter(|h| h.is_finite())).zip(settled.chunks(nu));
+    let mut moved = others.to_vec();
+    let others = search.admissible(&vec![place; others.len() / nu], &mut moved).into_iter();
+    let mut grid = OfGrid { best: Vec::new(), largest: stated, far: None };
+    for (h, u) in settled.chain(others.zip(moved.chunks(nu))) {
+        let Some(h) = h else { continue };
+        grid.largest = grid.largest.max(h);
+        let at = grid.best.partition_point(|(other, _)| *other <= h);
+        if at < STARTS {
+            grid.best.insert(at, (h, u.to_vec()));
+            grid.best.truncate(STARTS);
+        }
+        if set.are_apart(u, own) && grid.far.as_ref().is_none_or(|(other, _)| h < *other) {
+            grid.far = Some((h, u.to_vec()));
+        }
+    }
+    grid
 }
 
 /// The controls that differ, with those of the trajectory.

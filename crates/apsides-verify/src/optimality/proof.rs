@@ -4,7 +4,8 @@ use apsides_ad::{Expansion, Formula, NodeFunction};
 
 use super::PhaseConditions;
 use super::branch_and_bound::{Between, Least, LimitedRow, Outcome, Part};
-use super::control_set::{ControlSet, Found, Search};
+use super::control_set::ControlSet;
+use super::search::{Found, Search};
 
 /// Points of a phase at which the least Hamiltonian is proved, at most.
 const POINTS: usize = 24;
@@ -92,11 +93,12 @@ impl PhaseConditions<'_> {
         let root: Vec<Between> = bounds.collect();
         let met: Vec<Between> = set.lower.iter().zip(&set.upper).map(|(a, b)| [*a, *b]).collect();
         let (lower, upper): (Vec<f64>, Vec<f64>) = root.iter().map(|[a, b]| (*a, *b)).unzip();
-        let mut search = Search::within(self, set, &lower, &upper);
+        let places = [self.place()];
+        let search =
+            Search { equations: &self.equations, set, lower: &lower, upper: &upper, places: &places };
         let mut improve = |middle: &[f64], steps: &[f64], than: f64| {
-            let h = search.admissible(middle).filter(|h| *h < than)?;
-            let u = search.trial.clone();
-            Some(search.descend(h, u, steps.to_vec()))
+            let start = search.one(0, middle).filter(|(h, _)| *h < than)?;
+            search.descend([(0, start)], steps).pop()
         };
         Least::new(parts, &own, &met).search(&root, best, allowed, budget, &mut improve)
     }

@@ -10,8 +10,11 @@
 //! The difference falls with the step where functions are smooth, to a tenth each time; here it keeps half of its amount. A flight that passes such
 //! a place is there for an instant, which changes nothing: it counts where the flight rests.
 
+use apsides_ad::formula::{Binary, Operation, Unary};
+use apsides_ad::formula_node;
 use apsides_ocp::{Bounds, Ocp, Trajectory};
 
+use super::kinks;
 use crate::ends::{EndScales, Ends, allowed};
 use crate::equations::sign;
 use crate::optimality::PhaseConditions;
@@ -28,6 +31,8 @@ const ROUNDING: f64 = 1e-8;
 /// Instants of a phase that are looked at, and those in a row that make a rest.
 const INSTANTS: usize = 60;
 const AT_REST: usize = 3;
+/// A radicand that is everywhere above this part of its largest value has roots whose curvature hardly changes over the steps.
+const FAR: f64 = 1e-2;
 /// Directions beside those along single quantities.
 const DIRECTIONS: usize = 16;
 
@@ -49,14 +54,55 @@ pub(super) fn remark(
 fn rest(conditions: &mut PhaseConditions<'_>) -> Option<String> {
     let times = conditions.sample_times(1);
     let stride = times.len().div_ceil(INSTANTS).max(1);
+    let times: Vec<(usize, f64)> = times.into_iter().step_by(stride).collect();
+    if is_smooth(conditions, &times) {
+        return None;
+    }
     let mut row = 0;
-    for (segment, time) in times.into_iter().step_by(stride) {
+    for (segment, time) in times {
         row = if is_less_at(conditions, segment, time) { row + 1 } else { 0 };
         if row == AT_REST {
             return Some(place(conditions.equations.phase, time));
         }
     }
     None
+}
+
+/// Says whether the functions of the phase are formulas whose second derivatives jump nowhere near the trajectory.
+fn is_smooth(conditions: &mut PhaseConditions<'_>, times: &[(usize, f64)]) -> bool {
+    let phase = conditions.equations.phase;
+    phase.functions().all(|function| {
+        function.formula().is_ok_and(|formula| {
+            if !formula.operations().iter().all(is_smooth_operation) || !formula.kinks().is_empty() {
+                return false;
+            }
+            let radicands = formula_node(formula.radicands());
+            let mut extrema = vec![[f64::INFINITY, 0.0_f64]; radicands.outputs()];
+            for (segment, time) in times {
+                let (values, _) = kinks::at(conditions, radicands.as_ref(), *segment, *time);
+                for ([least, largest], value) in extrema.iter_mut().zip(&values) {
+                    // What is no number is far from nothing.
+                    (*least, *largest) = (least.min(value.abs()), largest.max(value.abs()));
+                }
+            }
+            extrema.iter().enumerate().all(|(k, [least, largest])| {
+                kinks::is_of_controls_alone(conditions, radicands.as_ref(), k) || *least > FAR * largest
+            })
+        })
+    })
+}
+
+/// Operations with all derivatives where they have values, but for roots at zero.
+fn is_smooth_operation(operation: &Operation) -> bool {
+    match operation {
+        Operation::Constant(_) | Operation::Powi(..) => true,
+        Operation::Powf(_, exponent) => *exponent < 2.0,
+        Operation::Unary(f, _) => {
+            !matches!(f, Unary::Abs | Unary::Sign | Unary::Asin | Unary::Acos | Unary::Acosh)
+        }
+        Operation::Binary(f, ..) => matches!(f, Binary::Add | Binary::Sub | Binary::Mul | Binary::Div),
+        Operation::Select(..) | Operation::Curve(..) | Operation::Surface(..) => false,
+    }
 }
 
 /// Says whether the curvature along the states is less beside a time of the phase.

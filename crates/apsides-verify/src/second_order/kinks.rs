@@ -126,7 +126,11 @@ fn formulas(conditions: &PhaseConditions<'_>) -> Vec<(usize, Formula)> {
 }
 
 /// Says whether controls alone enter an output of a function.
-fn is_of_controls_alone(conditions: &PhaseConditions<'_>, function: &dyn NodeFunction, k: usize) -> bool {
+pub(super) fn is_of_controls_alone(
+    conditions: &PhaseConditions<'_>,
+    function: &dyn NodeFunction,
+    k: usize,
+) -> bool {
     let controls = conditions.equations.nx..conditions.equations.nx + conditions.equations.nu;
     let pattern = function.pattern();
     let mut columns = pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]].iter();
@@ -196,7 +200,7 @@ fn sample(conditions: &mut PhaseConditions<'_>, kinked: &Kinked, segment: usize,
 }
 
 /// Values and gradients of a function at a time of an interval.
-fn at(
+pub(super) fn at(
     conditions: &mut PhaseConditions<'_>,
     function: &dyn NodeFunction,
     segment: usize,
