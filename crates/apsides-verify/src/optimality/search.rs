@@ -91,7 +91,11 @@ impl Search<'_> {
             for r in rows {
                 let (at_left, values) = self.gathered(at, candidates, &left);
                 let found = self.equations.row_values(r.row, self.controls(&at_left, &values));
-                let excess = |value: f64| (value - r.upper).max(0.0) + (value - r.lower).min(0.0);
+                // A row without a value is not met.
+                let excess = |value: f64| {
+                    let excess = (value - r.upper).max(0.0) + (value - r.lower).min(0.0);
+                    if value.is_nan() { value } else { excess }
+                };
                 let outside: Vec<(usize, f64)> = (left.iter().copied().zip(found.into_iter().map(excess)))
                     .filter(|(_, excess)| excess.is_nan() || excess.abs() > r.tolerance)
                     .collect();

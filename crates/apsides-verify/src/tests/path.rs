@@ -79,6 +79,31 @@ fn wrong_or_missing_path_multipliers_are_found() {
     assert!(!find(&certificate, "signs of the path multipliers").passed);
 }
 
+/// `ln(3 / 2 - u)`, which has no value where `u` would be best.
+struct Logarithm;
+impl PathFunction<1, 1, 1> for Logarithm {
+    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        [(-u[0] + 1.5).ln()]
+    }
+}
+
+/// `u = 1` where `ln(3 / 2 - u) = ln(1 / 2)`: `dL/du = u - 2 - mu / (3 / 2 - u) = 0`, so `mu = -1 / 2`.
+#[test]
+fn controls_at_which_a_path_constraint_has_no_value_are_not_admissible() {
+    let phase = Phase::new("slide", Slide)
+        .states([State::new("x", "m").starts_at(0.0)])
+        .controls([Variable::new("speed", "m/s").within(-5.0, 5.0)])
+        .path([Variable::new("limit", "-").at_least(0.5_f64.ln())], Logarithm)
+        .integral(Variable::new("wish", "-"), Wish)
+        .final_time(Bounds::fixed(1.0));
+    let ocp = Ocp::builder("wish").phase(phase).minimize_integral("slide", "wish").build();
+    let mut found = solution(None);
+    found.phases[0].path_multipliers = Some(parts::multipliers(&found.phases[0], 1, |_, _| vec![-0.5]));
+    let certificate = certify_stated(&ocp.expect("well-posed"), &found);
+    assert_exact(&certificate);
+    assert!(certificate.verdict >= Verdict::StrictLocalOptimum, "{certificate:#?}");
+}
+
 #[test]
 fn a_path_constraint_violated_between_the_nodes() {
     // Radau nodes of three points at -1, -0.29, 0.69; the polynomial peaks in between.
