@@ -77,7 +77,8 @@ pub(crate) fn with_costates(
         let equations = Equations::new(ocp, k, &trajectory.parameters);
         let (found, scaling) = (&stated.phases[k], &scaling.phases[k]);
         let local = globals.integrals_of(k);
-        let legs = Legs::new(equations, found, scaling, local, globals.len(), settings)?;
+        let size = conditions.hamiltonian_size;
+        let legs = Legs::new(equations, found, scaling, local, globals.len(), size, settings)?;
         let mut chain = Chain {
             index: k,
             phase: &ocp.phases[k],

@@ -14,6 +14,7 @@ use nalgebra::DMatrix;
 use crate::VerifySettings;
 use crate::boundary::row_scale;
 use crate::equations::Equations;
+use crate::worst::relative;
 
 /// Accuracy of the integration.
 const ACCURACY: f64 = 1e-10;
@@ -49,6 +50,8 @@ pub(super) struct Legs<'a> {
     max_steps: usize,
     /// Largest magnitude of each path row.
     row_scales: Vec<f64>,
+    /// Largest term of the Hamiltonian by the stated costates.
+    hamiltonian_size: f64,
 }
 
 /// Values and derivatives at one point, over `[x, u, p, t]`.
@@ -68,6 +71,7 @@ impl<'a> Legs<'a> {
         scaling: &'a PhaseScaling,
         local: Vec<(usize, usize)>,
         shared: usize,
+        hamiltonian_size: f64,
         settings: &VerifySettings,
     ) -> Option<Self> {
         let rows = equations.phase.path_rows();
@@ -94,6 +98,7 @@ impl<'a> Legs<'a> {
             local,
             shared,
             row_scales,
+            hamiltonian_size,
         })
     }
 
@@ -139,23 +144,24 @@ impl<'a> Legs<'a> {
             sources[nl].iter_mut().zip(&gradient).for_each(|(s, g)| *s += weight * g);
             values[nl] += weight * value;
         }
-        if let Some(polynomial) = &self.found.path_multipliers
-            && !given.is_empty()
-        {
-            let mut multipliers = vec![0.0; self.row_scales.len()];
-            crate::optimality::evaluate_piece(
-                polynomial,
-                self.found.control.segments().len(),
-                segment,
-                t,
-                &mut multipliers,
-            );
+        if self.found.path_multipliers.is_some() && !given.is_empty() {
+            let multipliers = self.stated_multipliers((segment, t));
             for &r in given.iter().filter(|r| multipliers[**r] != 0.0) {
                 self.equations.row_gradient(r, &mut gradient);
                 sources[nl].iter_mut().zip(&gradient).for_each(|(s, g)| *s += multipliers[r] * g);
             }
         }
         Local { rates, jacobian, sources, values }
+    }
+
+    /// The multipliers of the path rows that the trajectory states, zero where there are none.
+    fn stated_multipliers(&self, (segment, t): LegPoint) -> Vec<f64> {
+        let mut multipliers = vec![0.0; self.row_scales.len()];
+        if let Some(polynomial) = &self.found.path_multipliers {
+            let pieces = self.found.control.segments().len();
+            crate::optimality::evaluate_piece(polynomial, pieces, segment, t, &mut multipliers);
+        }
+        multipliers
     }
 
     /// The Hamiltonian at a point over `[costate, shared, 1]`.
@@ -320,18 +326,23 @@ impl<'a> Legs<'a> {
         free.map(|(j, _)| j).collect()
     }
 
-    /// Path rows that are active at all nodes of an interval and in which free controls occur.
+    /// Path rows that are active at all nodes of an interval and in which free controls occur. Where a multiplier comes down to zero, as where a
+    /// thrust of given magnitude turns round, a method leaves the row a distance that is no rounding: it is active where the stated multiplier is
+    /// larger than that, both relative to their sizes. Whether it is, is asked of the multipliers that are found.
     fn followed_rows(&mut self, segment: usize, nodes: &[f64], always: &[usize]) -> Vec<usize> {
         let rows = self.row_scales.len();
         let mut active = vec![true; rows];
         let mut path = vec![0.0; rows];
         for &t in nodes {
+            let stated = self.stated_multipliers((segment, t));
             self.go((segment, t));
             self.equations.path(&mut path);
             let variables = self.equations.phase.path.iter().flat_map(|p| &p.rows);
             for ((r, variable), value) in variables.enumerate().zip(&path) {
-                active[r] &= variable.bounds.is_fixed()
-                    || variable.bounds.excess(*value) >= -self.activity * self.row_scales[r];
+                let scale = self.row_scales[r];
+                let distance = -variable.bounds.excess(*value) / scale;
+                let multiplier = relative(stated[r].abs() * scale, self.hamiltonian_size);
+                active[r] &= variable.bounds.is_fixed() || distance <= self.activity.max(multiplier);
             }
         }
         let nx = self.equations.nx;
