@@ -125,6 +125,18 @@ mod tests {
     }
 
     #[test]
+    fn many_functions_are_searched_as_each_alone() {
+        let f = |k: usize, t: f64| (t - 0.3 - 0.1 * k as f64).powi(2) + (5.0 * t).sin();
+        let intervals = [[0.0, 1.0], [-3.0, 2.0], [0.5, 0.5]];
+        for evaluations in [0, 2, 3, 24] {
+            let all = golden_sections(&intervals, evaluations, |t| (0..3).map(|k| f(k, t[k])).collect());
+            let alone: Vec<[f64; 2]> =
+                (0..3).map(|k| golden_section(intervals[k], evaluations, |t| f(k, t))).collect();
+            assert_eq!(all, alone);
+        }
+    }
+
+    #[test]
     fn an_error_ends_the_search() {
         let mut evaluations = 0;
         let found = try_golden_section([0.0, 1.0], 10, |t| {

@@ -340,9 +340,9 @@ impl<'a> Legs<'a> {
             let variables = self.equations.phase.path.iter().flat_map(|p| &p.rows);
             for ((r, variable), value) in variables.enumerate().zip(&path) {
                 let scale = self.row_scales[r];
-                let distance = -variable.bounds.excess(*value) / scale;
                 let multiplier = relative(stated[r].abs() * scale, self.hamiltonian_size);
-                active[r] &= variable.bounds.is_fixed() || distance <= self.activity.max(multiplier);
+                let near = self.activity.max(multiplier) * scale;
+                active[r] &= variable.bounds.is_fixed() || variable.bounds.excess(*value) >= -near;
             }
         }
         let nx = self.equations.nx;

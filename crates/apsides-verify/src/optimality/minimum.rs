@@ -237,10 +237,11 @@ impl PhaseConditions<'_> {
         let fars = grids.iter().enumerate().filter_map(|(k, grid)| Some((k, grid.far.clone()?)));
         let mut fars = search.descend(fars, &steps).into_iter();
         let mut moved = owns.concat();
-        let own_found = search.admissible(&all, &mut moved);
-        let own_starts = own_found.iter().zip(moved.chunks(nu)).map(|(h, u)| h.map(|h| (h, u.to_vec())));
-        let starts: Vec<(usize, Found)> = (grids.iter().zip(own_starts).enumerate())
-            .flat_map(|(k, (grid, own))| grid.best.iter().cloned().chain(own).map(move |found| (k, found)))
+        let hamiltonians = search.admissible(&all, &mut moved);
+        let moved = hamiltonians.into_iter().zip(moved.chunks(nu));
+        let moved: Vec<Option<Found>> = moved.map(|(h, u)| Some((h?, u.to_vec()))).collect();
+        let starts: Vec<(usize, Found)> = (grids.iter().zip(&moved).enumerate())
+            .flat_map(|(k, (grid, own))| grid.best.iter().chain(own).cloned().map(move |found| (k, found)))
             .collect();
         let of: Vec<usize> = starts.iter().map(|(k, _)| *k).collect();
         let mut least: Vec<Found> = stated.iter().copied().zip(owns.iter().cloned()).collect();
@@ -252,7 +253,7 @@ impl PhaseConditions<'_> {
         }
         let mut alone: Vec<Vec<Option<Alone>>> = all.iter().map(|_| Vec::with_capacity(nu)).collect();
         for j in 0..nu {
-            for ((alone, least), found) in alone.iter_mut().zip(&mut least).zip(search.alone(owns, j)) {
+            for ((alone, least), found) in alone.iter_mut().zip(&mut least).zip(search.alone(&moved, j)) {
                 if let Some(found) = found.as_ref().filter(|found| is_less(&found.least, least)) {
                     *least = found.least.clone();
                 }

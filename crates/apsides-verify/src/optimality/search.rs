@@ -164,7 +164,7 @@ impl Search<'_> {
     /// none where another control would change, or nothing is admissible.
     fn changed(
         &self,
-        owns: &[Own],
+        owns: &[Own<'_>],
         at: &[usize],
         control: usize,
         values: &[f64],
@@ -172,21 +172,22 @@ impl Search<'_> {
         let nu = self.lower.len();
         let mut candidates = Vec::with_capacity(at.len() * nu);
         for (&k, value) in at.iter().zip(values) {
-            candidates.extend_from_slice(&owns[k].control);
+            candidates.extend_from_slice(owns[k].control);
             let last = candidates.len() - nu;
             candidates[last + control] = *value;
         }
         let places: Vec<usize> = at.iter().map(|k| owns[*k].place).collect();
         let mut found = self.admissible(&places, &mut candidates);
         for ((h, u), k) in found.iter_mut().zip(candidates.chunks(nu)).zip(at) {
-            let own = &owns[*k].control;
+            let own = owns[*k].control;
             *h = h.filter(|_| u.iter().zip(own).enumerate().all(|(j, (a, b))| j == control || a == b));
         }
         (found, candidates)
     }
 
-    /// Searches one control alone at all places, on the scale of its own range, beside the controls of the trajectory.
-    pub(super) fn alone(&self, controls: &[Vec<f64>], control: usize) -> Vec<Option<Alone>> {
+    /// Searches one control alone at all places, on the scale of its own range, beside the controls of the trajectory as they were moved into the
+    /// control set.
+    pub(super) fn alone<'o>(&self, moved: &'o [Option<Found>], control: usize) -> Vec<Option<Alone>> {
         let nu = self.lower.len();
         let (lower, upper) = (self.lower[control], self.upper[control]);
         let width = upper - lower;
@@ -194,12 +195,9 @@ impl Search<'_> {
         if !(width > 0.0 && width.is_finite()) {
             return alone;
         }
-        // Within the bounds.
-        let all: Vec<usize> = (0..self.places.len()).collect();
-        let mut moved = controls.concat();
-        let found = self.admissible(&all, &mut moved);
-        let owns = found.iter().zip(moved.chunks(nu)).enumerate().filter(|(_, (h, _))| h.is_some());
-        let owns: Vec<Own> = owns.map(|(place, (_, u))| Own { place, control: u.to_vec() }).collect();
+        let own =
+            |(place, found): (usize, &'o Option<Found>)| Some(Own { place, control: &found.as_ref()?.1 });
+        let owns: Vec<Own<'o>> = moved.iter().enumerate().filter_map(own).collect();
         let of_grid = |k: usize| -> Option<OnScale> {
             let own = owns[k].control[control];
             let mut values: Vec<f64> =
@@ -241,9 +239,9 @@ impl Search<'_> {
 }
 
 /// An admissible control of a place.
-struct Own {
+struct Own<'o> {
     place: usize,
-    control: Vec<f64>,
+    control: &'o [f64],
 }
 
 /// The course of the Hamiltonian over the range of one control alone.
