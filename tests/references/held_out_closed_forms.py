@@ -35,6 +35,54 @@ def moving_wall():
     return touch + 0.375 * sqrt(touch)
 
 
+def least_fuel_in_a_cone_with_a_least_thrust():
+    """Thrust against a costate that is linear in time, full where 1.2 of its length is above one, else a fifth, from 0.1 along y at the start."""
+    distance, speed, end = np.array([4, 3]), np.array([0, 0.1]), 6
+
+    def switches(p, q):
+        a, b, c = q @ q, 2 * p @ q, p @ p - 1 / 1.44
+        return [(-b + sign * sqrt(b * b - 4 * a * c)) / (2 * a) for sign in (-1, 1)]
+
+    def misses(z):
+        p, q = z[:2], z[2:]
+        first, second = switches(p, q)
+        along = lambda t, i: 1.2 * (p + q * t)[i] / np.linalg.norm(p + q * t)
+        parts = [(0, first, 1), (first, -p @ q / (q @ q), 0.2), (-p @ q / (q @ q), second, 0.2), (second, end, 1)]
+        of = lambda f, i: sum(g * quad(f, a, b, (i,), epsabs=1e-13, epsrel=1e-12, limit=400)[0] for a, b, g in parts)
+        rates = [of(along, i) for i in range(2)]
+        ways = [of(lambda t, i: (end - t) * along(t, i), i) for i in range(2)]
+        return [*(speed + rates), *(speed * end + ways - distance)]
+
+    p = fsolve(misses, np.array([0.93, 0.6, -0.31, -0.21]), xtol=1e-13)
+    first, second = switches(p[:2], p[2:])
+    return first + end - second + 0.2 * (second - first)
+
+
+def landing_in_a_cone_of_thrust():
+    """Thrust of 16 along a linear function of time until it is cut off, and from its second ignition to the landing, with the least burnt."""
+    thrust, speed, place, start = 16, 2000, np.array([100, 400]), np.array([-5, -20])
+
+    def misses(z):
+        angle, *q, cut, ignition, end = z
+        mass = lambda t: 2 - thrust / speed * (min(t, cut) + max(t - ignition, 0))
+
+        def along(t, i):
+            w = [cos(angle) + q[0] * t, sin(angle) + q[1] * t]
+            return thrust / mass(t) * w[i] / hypot(*w)
+
+        burns = [(0, cut), (ignition, end)]
+        of = lambda f, i: sum(quad(f, a, b, (i,), epsabs=1e-13, epsrel=1e-12, limit=200)[0] for a, b in burns)
+        weight = np.array([0, -3.7])
+        speeds = [of(along, i) for i in range(2)]
+        ways = [of(lambda t, i: (end - t) * along(t, i), i) for i in range(2)]
+        return [*(start + weight * end + speeds), *(place + start * end + weight * end**2 / 2 + ways)]
+
+    burnt = lambda z: z[3] + z[5] - z[4]
+    near = [2.6, 0.09, 0.07, 0.04, 6.1, 16]
+    found = minimize(burnt, near, constraints=[{"type": "eq", "fun": misses}], options={"ftol": 1e-15})
+    return 2 - thrust / speed * burnt(found.x)
+
+
 def along_the_ground():
     """The rate leaves the ground with an effort of nothing, and is free at the end: `5 s (l - s)` at the time `s` of `l` since then, one at most."""
     effort = lambda l, s: min(1, 5 * s * (l - s))
@@ -607,11 +655,16 @@ OPTIMA = {
     "jump_at_a_time": lambda: 1 / (0.3 + 4 * 0.7),
     "jump_at_the_start": lambda: 12 / 2**3 + 0.3**2 * 2,
     "jump_before_a_free_end": lambda: 1 + 0.75 * 0.737,
+    "landing_in_a_cone_of_thrust": landing_in_a_cone_of_thrust,
     "least_effort_with_a_limited_length": lambda: 12 / 6**3 + 12 * 0.5**2 / 6**3 - 12 * 0.5 * 0.3 / 6**2 + 4 * 0.3**2 / 6,
+    "least_fuel_between_two_rows": lambda: 2 * (2 - sqrt(3)),
     "least_fuel_by_length": lambda: 6 - sqrt(36 - 4 * hypot(1, 0.5)),
     "least_fuel_by_magnitude": lambda: 2 * (2 - sqrt(3)),
     "least_fuel_by_two_thrusters": lambda: 2 * (2 - sqrt(3)),
+    "least_fuel_in_a_cone": lambda: 2 * (3 - sqrt(9 - 5 / 1.2)),
+    "least_fuel_in_a_cone_with_a_least_thrust": least_fuel_in_a_cone_with_a_least_thrust,
     "least_fuel_in_space_by_length": lambda: 2 * (2 - sqrt(3)),
+    "least_fuel_under_a_magnitude": lambda: 2 * (3 - sqrt(9 - 5 / 1.2)),
     "least_time_in_an_ellipse": lambda: 2 * sqrt(hypot(4 / 2, 3 / 1)),
     "least_time_with_an_energy": lambda: 4 ** (1 / 3),
     "limit_by_a_logarithm": lambda: (1 - 2) ** 2 / 2,

@@ -6,7 +6,8 @@
 //!
 //! Where the vector is nothing, as a thrust on a coast, its length has no derivative; that of a length of its own has one (D. F. Lawden,
 //! Optimal Trajectories for Space Navigation, Butterworths 1963, chapter 3). A limit of the length is a bound of `s`. A length that occurs
-//! in limits alone needs no direction: its square has no kink.
+//! in limits alone needs no direction: its square has no kink. One that a [cone](crate::cones) keeps below a radius needs one where the radius may
+//! be nothing.
 
 mod lengths;
 mod writer;
@@ -26,6 +27,8 @@ const SAMPLES: usize = 65;
 const NOTHING: f64 = 1e-9;
 /// Rounding of lengths for a start, relative to the same.
 const ROUNDED: f64 = 0.1;
+/// The bounds of a length without a limit.
+const NOT_NEGATIVE: Bounds = Bounds { lower: 0.0, upper: f64::INFINITY };
 /// A length closer to its bound than this part of it is at it.
 const AT_BOUND: f64 = 1e-6;
 
@@ -55,6 +58,8 @@ struct ControlVector {
     components: Vec<usize>,
     /// Place of the length.
     length: usize,
+    /// The length that the bounds of the components allow.
+    most: f64,
 }
 
 /// The place of a row of a path constraint among those with directions.
@@ -63,6 +68,8 @@ enum Row {
     Kept(usize),
     /// The row at an index, which is the square of the length of controls.
     Squared(usize, Vec<usize>),
+    /// The row at an index, by the length of a vector instead of its square, and its sign where the vector is longer than the radius.
+    Cone { row: usize, vector: usize, sign: f64 },
     /// The upper bound of the length of a vector: its index, and true for a row that was the square. A lower one would keep it from being
     /// nothing.
     Bound { vector: usize, squared: bool, most: f64 },
@@ -128,6 +135,11 @@ impl ByDirection {
             let phase = &self.ocp.phases[k];
             let mut split = vectors.with_directions(phase, found);
             if split.path_multipliers.is_some() && !vectors.vectors.is_empty() {
+                if let Some(pushed) = vectors.pushed_by_cones(&split) {
+                    let both = [&split, &pushed];
+                    let slopes = both.map(|of| LagrangianSlope::new(&self.ocp, k, of, &posed.parameters));
+                    split.path_multipliers = Some(vectors.multipliers_at_tips(phase, both, slopes));
+                }
                 let slope = LagrangianSlope::new(&self.ocp, k, &split, &posed.parameters);
                 split.path_multipliers = Some(vectors.multipliers(phase, &split, slope));
             }
@@ -201,6 +213,7 @@ impl PhaseVectors {
                 *multiplier = match row {
                     Row::Kept(k) => found[*k],
                     Row::Squared(k, components) => 2.0 * length(u, components) * found[*k],
+                    Row::Cone { row, vector, .. } => self.of_square(*vector, u, found[*row], phase),
                     Row::Bound { vector, squared, most } => {
                         let length = self.vectors[*vector].length;
                         let is_at = u[length] >= (1.0 - AT_BOUND) * most;
@@ -211,6 +224,13 @@ impl PhaseVectors {
                 };
             }
         })
+    }
+
+    /// The multiplier of a row by the square of the length of a vector that has one by the length; nothing holds a square at nothing.
+    fn of_square(&self, vector: usize, u: &[f64], of_length: f64, phase: &Phase) -> f64 {
+        let v = &self.vectors[vector];
+        let length = u[v.length];
+        if length > v.nothing(phase) { of_length / (2.0 * length) } else { 0.0 }
     }
 
     /// The trajectory with lengths and directions, and the multipliers of the rows that both problems have.
@@ -234,6 +254,10 @@ impl PhaseVectors {
                         Row::Squared(k, components) if *multiplier != 0.0 => {
                             all[*k] = multiplier / (2.0 * length(&u, components));
                         }
+                        Row::Cone { row, vector, .. } => {
+                            let components = &self.vectors[*vector].components;
+                            all[*row] = 2.0 * length(&u, components) * multiplier;
+                        }
                         Row::Squared(..) | Row::Bound { .. } => {}
                     }
                 }
@@ -251,6 +275,57 @@ impl PhaseVectors {
             _ => false,
         });
         t
+    }
+
+    /// The trajectory with multipliers of the rows of cones that are larger by one; none where there are no cones.
+    fn pushed_by_cones(&self, split: &PhaseTrajectory) -> Option<PhaseTrajectory> {
+        let mut cones = self.cones().peekable();
+        cones.peek()?;
+        let known = split.path_multipliers.as_ref()?;
+        let cones: Vec<(usize, usize, f64)> = cones.collect();
+        let pushed = known.map_nodes(known.dimension(), |known, all| {
+            all.copy_from_slice(known);
+            cones.iter().for_each(|(row, _, sign)| all[*row] += sign);
+        });
+        Some(PhaseTrajectory { path_multipliers: Some(pushed), ..split.clone() })
+    }
+
+    /// Row, vector and sign of each cone.
+    fn cones(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        self.rows.iter().filter_map(|row| match row {
+            Row::Cone { row, vector, sign } => Some((*row, *vector, *sign)),
+            _ => None,
+        })
+    }
+
+    /// The multipliers with those of cones where the vector is nothing, by the slopes without and with a multiplier of one. Any between the
+    /// least that holds the vector there and the largest that the controls of the radius bear is one; the middle leaves both pushing.
+    fn multipliers_at_tips(
+        &self,
+        phase: &Phase,
+        [split, pushed]: [&PhaseTrajectory; 2],
+        [slope, slope_of_pushed]: [LagrangianSlope<'_>; 2],
+    ) -> PiecewisePolynomial {
+        let nx = phase.states.len();
+        let known = split.path_multipliers.as_ref().unwrap_or(&split.control);
+        let mut at =
+            [Slopes::new(known, phase, split, slope), Slopes::new(known, phase, pushed, slope_of_pushed)];
+        known.map_nodes(known.dimension(), |known, all| {
+            all.copy_from_slice(known);
+            let [(u, slopes), (_, with_one)] = at.each_mut().map(Slopes::next);
+            let by_row = |j: usize| with_one[nx + j] - slopes[nx + j];
+            for (row, vector, sign) in self.cones() {
+                let v = &self.vectors[vector];
+                if u[v.length] > v.nothing(phase) {
+                    continue;
+                }
+                let least = (-slopes[nx + v.length]).max(0.0);
+                let others = (0..phase.controls.len()).filter(|j| by_row(*j) < 0.0);
+                let most = others.map(|j| slopes[nx + j] / -by_row(j)).fold(f64::INFINITY, f64::min);
+                let bears_more = most > least && most.is_finite();
+                all[row] = sign * if bears_more { 0.5 * (least + most) } else { least };
+            }
+        })
     }
 
     /// The multipliers with those of the directions and of bounds of components, which are what the slope in the direction leaves.
@@ -296,7 +371,7 @@ impl PhaseVectors {
 impl ControlVector {
     /// A length that has no direction.
     fn nothing(&self, phase: &Phase) -> f64 {
-        let most = phase.controls[self.length].bounds.upper;
+        let most = phase.controls[self.length].bounds.upper.min(self.most);
         NOTHING * if most.is_finite() { most } else { 1.0 }
     }
 }
@@ -357,19 +432,26 @@ fn split(lengths: &Lengths<'_>, rounded: &mut Phase) -> Result<(Phase, PhaseVect
     let mut split = phase.clone();
     let first = phase.controls.len();
     let found = lengths.vectors().into_iter().enumerate();
-    let vectors: Vec<ControlVector> =
-        found.map(|(k, components)| ControlVector { components, length: first + k }).collect();
-    for v in &vectors {
-        let largest = |j: &usize| {
+    let most = |components: &[usize]| {
+        let largest = components.iter().map(|j| {
             let bounds = phase.controls[*j].bounds;
             bounds.lower.abs().max(bounds.upper.abs())
-        };
-        let most = v.components.iter().map(|j| largest(j) * largest(j)).sum::<f64>().sqrt();
+        });
+        largest.map(|l| l * l).sum::<f64>().sqrt()
+    };
+    let vector = |(k, components): (usize, Vec<usize>)| ControlVector {
+        most: most(&components),
+        components,
+        length: first + k,
+    };
+    let vectors: Vec<ControlVector> = found.map(vector).collect();
+    for v in &vectors {
         let names: Vec<&str> = v.components.iter().map(|j| phase.controls[*j].name.as_str()).collect();
         let first = &phase.controls[v.components[0]];
         split.controls.push(Variable {
             name: format!("length of ({})", names.join(", ")),
-            bounds: Bounds::new(0.0, most),
+            // What the components allow, their own bounds say.
+            bounds: NOT_NEGATIVE,
             guards: [false; 2],
             ..first.clone()
         });
@@ -411,9 +493,24 @@ fn split(lengths: &Lengths<'_>, rounded: &mut Phase) -> Result<(Phase, PhaseVect
             }
             _ => {
                 let function = functions[k + 1].clone();
-                split.path.push(crate::PathConstraint { function, ..constraint.clone() });
-                rows.extend((0..constraint.rows.len()).map(|r| Row::Kept(kept + r)));
-                kept += constraint.rows.len();
+                let mut of_lengths = constraint.rows.clone();
+                for (r, row) in of_lengths.iter_mut().enumerate() {
+                    *row = lengths.cone(k, r).map_or_else(|| row.clone(), |cone| cone.row(row));
+                }
+                split.path.push(crate::PathConstraint { function, rows: of_lengths });
+                for r in 0..constraint.rows.len() {
+                    rows.push(match lengths.cone(k, r) {
+                        Some(cone) => {
+                            let controls = cone.controls(phase);
+                            let vector =
+                                vectors.iter().position(|v| controls.as_ref() == Some(&v.components));
+                            let sign = if cone.is_reversed { -1.0 } else { 1.0 };
+                            vector.map_or(Row::Kept(kept), |vector| Row::Cone { row: kept, vector, sign })
+                        }
+                        None => Row::Kept(kept),
+                    });
+                    kept += 1;
+                }
             }
         }
     }
@@ -433,12 +530,16 @@ fn split(lengths: &Lengths<'_>, rounded: &mut Phase) -> Result<(Phase, PhaseVect
         *old = new;
     }
     for v in &vectors {
+        let length = &mut split.controls[v.length];
+        if length.bounds == NOT_NEGATIVE && v.most.is_finite() {
+            length.scale = length.scale.or(Some(v.most));
+        }
         split.path.push(writer.unit(v)?);
     }
     let mut components = Vec::new();
     for (k, v) in vectors.iter().enumerate() {
         // Bounds that no vector of an allowed length reaches bind nothing.
-        let most = split.controls[v.length].bounds.upper;
+        let most = split.controls[v.length].bounds.upper.min(v.most);
         for j in &v.components {
             let bounds = phase.controls[*j].bounds;
             if bounds.lower > -most || bounds.upper < most {

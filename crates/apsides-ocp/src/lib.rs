@@ -50,6 +50,7 @@
 //! | [`problem`] | the whole, its builder and checks |
 //! | [`scaling`], [`curvature`] | typical sizes; that of an objective near zero |
 //! | [`origin`] | where a row of a discretised problem comes from |
+//! | [`by_direction`], [`cones`] | vectors of controls by length and direction; path constraints of a length |
 //! | [`path_ends`] | path constraints at the ends of their phases |
 //! | [`guess`], [`mesh`] | what a method starts from |
 //! | [`piecewise`], [`trajectory`] | states, controls and costates of a solution |
@@ -63,6 +64,7 @@ pub mod accumulated;
 mod bent;
 pub mod by_direction;
 pub mod by_parts;
+pub mod cones;
 pub mod curvature;
 pub mod effective_controls;
 pub mod endpoint;

@@ -183,6 +183,11 @@ pub(crate) fn rows_without_controls(phase: &Phase) -> Vec<Quantity<'_>> {
     rows(phase, false).filter_map(|(kind, v)| Quantity::new(kind, v)).collect()
 }
 
+/// Path constraint rows with a control in them that are fixed.
+pub(crate) fn equalities(phase: &Phase) -> impl Iterator<Item = QuantityKind> {
+    rows(phase, true).filter(|(_, v)| v.bounds.is_fixed()).map(|(kind, _)| kind)
+}
+
 impl<'a> Quantity<'a> {
     /// A quantity with bounds between which it can move.
     pub(crate) fn new(kind: QuantityKind, variable: &'a Variable) -> Option<Self> {

@@ -9,6 +9,10 @@ use crate::activity::{
 /// Breaks of different quantities closer than this part of the phase are one.
 const SAME: f64 = 1e-4;
 
+/// Where one of two controls that a row binds leaves its bound and the other one comes to its own within this part of the phase, the arc between is a
+/// jump of both: along a singular arc as short the cost does not tell.
+const BOUND: f64 = 1e-3;
+
 /// A kink closer than this part of the phase to a break of the mesh is there.
 const KINK_SETTLED: f64 = 1e-9;
 
@@ -365,7 +369,12 @@ fn at_jumps_of_others(changes: &mut [Change]) {
 
 /// Gives every change the break that it belongs to, or joins it with others close by. Takes the breaks that the last mesh had displaced, and
 /// returns those that the next one has.
-pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh, before: &[Displaced]) -> Vec<Displaced> {
+pub(crate) fn settle(
+    changes: &mut Vec<Change>,
+    mesh: &PhaseMesh,
+    before: &[Displaced],
+    are_bound: impl Fn(usize, usize) -> bool,
+) -> Vec<Displaced> {
     let times = |free: bool| -> Vec<f64> {
         mesh.breaks().iter().filter(|b| b.free == free).map(|b| mesh.fractions()[b.end]).collect()
     };
@@ -402,10 +411,12 @@ pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh, before: &[Disp
         let jumps = c.kind == ChangeKind::Jump && last.kind == ChangeKind::Jump;
         // A control that jumps where a row meets its bound does so there.
         let meets = [c.kind, last.kind].contains(&ChangeKind::Junction) && c.kind != last.kind;
+        // Where one of two controls that a row binds leaves its bound as the other one comes to its own, the arc between is a jump of both.
+        let are_one = are_bound(last.quantity, c.quantity) && c.at - last.at < BOUND;
+        let is_one = are_one || c.known.is_none() && c.at - last.at < SAME;
         // Two kinks, or a jump and a kink, are kept apart as far as an arc between them can last.
-        let same =
-            if jumps { c.known.is_none() && c.at - last.at < SAME } else { c.at - last.at < COLLAPSED }
-                || meets && c.known.is_none() && c.gap.0 <= last.gap.1;
+        let same = if jumps { is_one } else { c.at - last.at < COLLAPSED }
+            || meets && c.known.is_none() && c.gap.0 <= last.gap.1;
         if same && !same_quantity && c.known.is_some() && last.kind == ChangeKind::Kink && last.is_continuous
         {
             // Where a row meets its bound its condition tells the time better.

@@ -69,6 +69,7 @@ mod contact;
 mod costate_error;
 mod crossed;
 mod crossing;
+mod determined;
 mod elimination;
 pub mod error;
 mod error_estimate;

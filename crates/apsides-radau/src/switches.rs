@@ -19,6 +19,7 @@ use crate::activity::{
 use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, Displaced, changes, settle};
 use crate::crossed::leave_crossed;
+use crate::determined::{are_bound, determined};
 use crate::layout::CollocationPhase;
 use crate::row_bends::row_bends;
 use crate::transcription::Transcription;
@@ -28,6 +29,7 @@ const MOVED: f64 = 1e-2;
 
 /// The structure of one phase.
 struct PhaseStructure<'a> {
+    phase: &'a Phase,
     quantities: Vec<Quantity<'a>>,
     /// Per quantity, what it does first.
     first: Vec<Class>,
@@ -242,6 +244,7 @@ impl PhaseStructure<'_> {
             let ends = &breaks[k.saturating_sub(1)..(k + 1).min(breaks.len())];
             let boundary = self.quantities.iter().zip(&class).filter(|(q, _)| q.is_boundary());
             let is_along_bound = boundary.into_iter().any(|(_, class)| *class != Class::Between);
+            let determined = determined(self.phase, &self.quantities, &class, &whole);
             for (index, ((q, class), whole)) in self.quantities.iter().zip(&class).zip(whole).enumerate() {
                 let has_kink = self.of_kind(ChangeKind::Kink).any(|c| c.quantity == index);
                 let between = match (q.affine, has_kink) {
@@ -251,7 +254,13 @@ impl PhaseStructure<'_> {
                     (false, true) => Some(ArcKind::Free),
                     (false, false) => None,
                 };
-                let course = class.course().or(between).filter(|_| whole);
+                let follows = determined.iter().find(|d| q.kind == QuantityKind::Control(d.control));
+                let course = match follows {
+                    Some(d) if d.by_what_is_held => Some(ArcKind::Free),
+                    Some(_) => class.course(),
+                    None => class.course().or(between),
+                };
+                let course = course.filter(|_| whole);
                 match q.kind {
                     QuantityKind::Control(c) => arc.controls[c] = course,
                     QuantityKind::Row(r) => arc.rows[r] = course,
@@ -288,6 +297,7 @@ fn phase_structure<'a>(
     let first = vec![Class::Between; quantities.len()];
     let away = first.clone();
     let mut found = PhaseStructure {
+        phase,
         quantities: Vec::new(),
         first,
         kept_away: away,
@@ -322,9 +332,10 @@ fn phase_structure<'a>(
         }
         found.changes.extend(changes);
     }
-    found.quantities = quantities;
     found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));
-    found.displaced = settle(&mut found.changes, &t.mesh, displaced);
+    let are_bound = |a: usize, b: usize| are_bound(phase, &quantities, a, b);
+    found.displaced = settle(&mut found.changes, &t.mesh, displaced, are_bound);
+    found.quantities = quantities;
     found
 }
 

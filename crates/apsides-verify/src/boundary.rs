@@ -3,7 +3,7 @@
 use apsides_ad::NodeFunction;
 use apsides_ocp::curvature::{mean_along, share_of_curvature};
 use apsides_ocp::linkage;
-use apsides_ocp::{Bounds, EndpointInput, Ocp, Scaling, Trajectory, Variable};
+use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, PhaseScaling, Scaling, Trajectory, Variable};
 
 use crate::ends::{EndScales, Ends, PhaseEnds, largest_bound};
 use crate::place::place;
@@ -246,4 +246,11 @@ pub(crate) fn row_scale(variable: &Variable, size: f64) -> f64 {
         .or(Some(largest_bound(variable)).filter(usable))
         .or(Some(size.abs()).filter(usable))
         .unwrap_or(1.0)
+}
+
+/// Typical sizes of the rows of path constraints, by the largest values met: of a row that stays at a bound of zero these are rounding, and what
+/// its inputs change it by counts.
+pub(crate) fn row_scales(phase: &Phase, scaling: &PhaseScaling, met: impl Fn(usize) -> f64) -> Vec<f64> {
+    let rows = phase.path.iter().flat_map(|p| &p.rows).enumerate();
+    rows.map(|(r, row)| row_scale(row, met(r).max(scaling.path[r]))).collect()
 }

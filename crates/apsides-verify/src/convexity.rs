@@ -8,6 +8,7 @@
 mod curvature;
 
 use apsides_ad::{Formula, NodeFunction};
+use apsides_ocp::cones::with_lengths;
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase};
 
 use crate::ends::allowed;
@@ -63,6 +64,8 @@ fn phase_is_convex(ocp: &Ocp, k: usize) -> bool {
     let sign = sign(ocp);
     along(ocp, phase, phase.dynamics.as_ref()).into_iter().all(Curvature::is_affine)
         && phase.path.iter().all(|p| {
+            let by_length = with_lengths(phase, p);
+            let p = by_length.as_ref().unwrap_or(p);
             let rows = along(ocp, phase, p.function.as_ref()).into_iter().zip(&p.rows);
             rows.into_iter().all(|(curvature, row)| keeps_convex(curvature, &row.bounds))
         })

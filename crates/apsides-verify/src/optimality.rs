@@ -39,6 +39,7 @@ use apsides_ocp::{
     Bounds, Guess, Ocp, PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Scaling, Trajectory,
 };
 
+use crate::boundary::row_scales;
 use crate::equations::{Equations, Hamiltonian};
 use crate::worst::relative;
 use crate::{Check, CheckKind, VerifyError, VerifySettings, shape};
@@ -203,6 +204,8 @@ pub(crate) struct PhaseConditions<'a> {
     ranges_alone: Vec<f64>,
     /// Largest costate times the scale of its state over the nodes.
     pub(crate) costate_size: f64,
+    /// Per row of the path constraints, its typical size.
+    pub(crate) row_scales: Vec<f64>,
     pub(crate) point: Point,
     pub(crate) among: Among,
     /// Another control with the same Hamiltonian along an arc, in words.
@@ -280,6 +283,7 @@ impl<'a> PhaseConditions<'a> {
             control_range: 0.0,
             ranges_alone: vec![0.0; nu],
             costate_size: 0.0,
+            row_scales: Vec::new(),
             point,
             among,
             rival: None,
@@ -304,6 +308,8 @@ impl<'a> PhaseConditions<'a> {
         // What is less has no part in the Hamiltonian but that of rounding.
         let least = (SMALLEST_COSTATE * conditions.hamiltonian_size * scaling.time).max(rounding);
         conditions.costate_size = conditions.costate_size.max(least);
+        let largest = |r: usize| conditions.nodes.iter().fold(0.0, |m: f64, n| m.max(n.path[r].abs()));
+        conditions.row_scales = row_scales(conditions.equations.phase, scaling, largest);
         conditions.find_impulses();
         Some(conditions)
     }

@@ -3,12 +3,15 @@
 use apsides_ad::Formula;
 use apsides_ad::formula::{Binary, Operation, Unary};
 
-use crate::{PathConstraint, Phase};
+use crate::cones::{Cone, by_lengths};
+use crate::{PathConstraint, Phase, Variable};
 
 /// The functions of a phase as formulas: that of the equations of motion, those of the path constraints, those of the integrals.
 pub(super) struct Lengths<'a> {
     pub(super) phase: &'a Phase,
     pub(super) formulas: Vec<Formula>,
+    /// Per path constraint and row, the cone that it keeps a vector in: the formulas have `|u| - r` in place of `u . u - r^2`.
+    cones: Vec<Vec<Option<Cone>>>,
     /// Vectors that a limit keeps from being nothing: their lengths have slopes everywhere.
     never_nothing: Vec<Vec<usize>>,
 }
@@ -24,7 +27,39 @@ impl<'a> Lengths<'a> {
     /// None where a function is no formula: of such a one nothing is known.
     pub(super) fn of(phase: &'a Phase) -> Option<Self> {
         let formulas = phase.functions().map(|f| f.formula()).collect::<Result<_, _>>().ok()?;
-        Some(Self { phase, formulas, never_nothing: Vec::new() }.with_limits())
+        let plain = Self { phase, formulas, cones: Vec::new(), never_nothing: Vec::new() }.with_limits();
+        Some(plain.with_cones().unwrap_or(plain))
+    }
+
+    /// With cones by lengths; none where there are none, or a vector of one has no length and direction of its own.
+    fn with_cones(&self) -> Option<Self> {
+        let constraints = self.phase.path.iter().zip(&self.formulas[1..]);
+        let cones: Vec<Vec<Option<Cone>>> = constraints
+            .map(|(constraint, formula)| {
+                let cone = |(row, output): (&Variable, &usize)| {
+                    Cone::of(self.phase, formula, *output, row.bounds)
+                        .filter(|cone| cone.may_be_at_tip && cone.controls(self.phase).is_some())
+                };
+                constraint.rows.iter().zip(formula.outputs()).map(cone).collect()
+            })
+            .collect();
+        let mut formulas = self.formulas.clone();
+        for (formula, cones) in formulas[1..].iter_mut().zip(&cones) {
+            if cones.iter().any(Option::is_some) {
+                *formula = by_lengths(formula, cones).ok()?;
+            }
+        }
+        let written = Self { phase: self.phase, formulas, cones, never_nothing: self.never_nothing.clone() };
+        let vectors = written.vectors();
+        let mut of_cones = written.cones.iter().flatten().flatten().peekable();
+        of_cones.peek()?;
+        let is_vector = |controls: Vec<usize>| vectors.contains(&controls);
+        of_cones.all(|cone| cone.controls(self.phase).is_some_and(is_vector)).then_some(written)
+    }
+
+    /// The cone of a row of a path constraint.
+    pub(super) fn cone(&self, constraint: usize, row: usize) -> Option<&Cone> {
+        self.cones.get(constraint)?.get(row)?.as_ref()
     }
 
     fn with_limits(mut self) -> Self {

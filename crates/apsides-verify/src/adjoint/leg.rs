@@ -12,7 +12,7 @@ use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
 use nalgebra::DMatrix;
 
 use crate::VerifySettings;
-use crate::boundary::row_scale;
+use crate::boundary::row_scales;
 use crate::equations::Equations;
 use crate::worst::relative;
 
@@ -85,8 +85,7 @@ impl<'a> Legs<'a> {
             equations.path(&mut path);
             largest.iter_mut().zip(&path).for_each(|(l, v)| *l = l.max(v.abs()));
         }
-        let variables = equations.phase.path.iter().flat_map(|p| &p.rows);
-        let row_scales = variables.zip(&largest).map(|(v, l)| row_scale(v, *l)).collect();
+        let row_scales = row_scales(equations.phase, scaling, |r| largest[r]);
         let same = found.state.segments().len() == found.control.segments().len();
         same.then_some(Self {
             duration: found.final_time - found.initial_time,

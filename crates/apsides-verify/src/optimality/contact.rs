@@ -11,7 +11,6 @@
 use apsides_ocp::{Bounds, Contact, Variable};
 
 use super::{KIND, PhaseConditions, natural_residual};
-use crate::boundary::row_scale;
 use crate::place::place;
 use crate::worst::{Worst, relative};
 use crate::{Check, VerifySettings};
@@ -85,8 +84,7 @@ impl PhaseConditions<'_> {
     /// Row and scale of an impulse; none where the problem has no such row.
     fn touched(&self, impulse: &Impulse) -> Option<(&Variable, f64)> {
         let row = self.equations.phase.path.iter().flat_map(|p| &p.rows).nth(impulse.row)?;
-        let largest = self.nodes.iter().fold(0.0, |m: f64, n| m.max(n.path[impulse.row].abs()));
-        Some((row, row_scale(row, largest)))
+        Some((row, self.row_scales[impulse.row]))
     }
 
     /// The multiplier of a contact times the scale of its row, relative to the largest costate.

@@ -1,7 +1,6 @@
 //! The controls that are admissible along a phase, and the grid over them.
 
 use super::PhaseConditions;
-use crate::boundary::row_scale;
 
 /// Points of the grid in one, two, three, four controls per axis; more controls take a sequence of low discrepancy.
 const GRID: [usize; 4] = [33, 13, 7, 5];
@@ -47,9 +46,7 @@ impl PhaseConditions<'_> {
         }
         let rows = phase.path.iter().flat_map(|p| &p.rows).enumerate();
         let rows = rows.filter(|(r, _)| !self.equations.is_free_of_controls(*r)).map(|(row, variable)| {
-            let largest = self.nodes.iter().fold(0.0, |m: f64, n| m.max(n.path[row].abs()));
-            // What is met of an equality is rounding: no candidate would be as near.
-            let tolerance = ROW_TOLERANCE * row_scale(variable, largest.max(self.scaling.path[row]));
+            let tolerance = ROW_TOLERANCE * self.row_scales[row];
             ControlRow { row, lower: variable.bounds.lower, upper: variable.bounds.upper, tolerance }
         });
         let rows = rows.collect();

@@ -44,6 +44,8 @@ const EQUAL: f64 = 1e-9;
 /// Rates that differ by less, over the duration and relative to the scales of their states or to themselves, are those of one motion: a
 /// control found by search to the root of [`EQUAL`] has them.
 const SAME_RATES: f64 = 1e-3;
+/// A change over the duration below this part of the scale is that of a control which is nothing but for rounding.
+const NO_CHANGE: f64 = 1e-9;
 
 /// The outcome of the search over the control set at one point.
 struct Compared {
@@ -348,7 +350,7 @@ impl PhaseConditions<'_> {
         let mut compared = one.iter().zip(&other).zip(scales).enumerate().filter(|(k, _)| those(*k));
         compared.any(|(_, ((a, b), scale))| {
             let largest = a.abs().max(b.abs()) * scaling.time;
-            (a - b).abs() * scaling.time > SAME_RATES * size(largest, *scale)
+            (a - b).abs() * scaling.time > SAME_RATES * size(largest, *scale).max(NO_CHANGE * scale)
         })
     }
 }

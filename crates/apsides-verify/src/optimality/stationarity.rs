@@ -1,7 +1,6 @@
 //! Stationarity in the controls, signs of the path multipliers, and the Hamiltonian along the phase, at the nodes.
 
 use super::{GAUSS, KIND, Node, PhaseConditions, natural_residual};
-use crate::boundary::row_scale;
 use crate::place::place;
 use crate::worst::{Worst, is_worse, relative};
 use crate::{Check, VerifySettings};
@@ -47,8 +46,7 @@ impl PhaseConditions<'_> {
         let phase = self.equations.phase;
         let mut worst = Worst::default();
         for (r, row) in phase.path.iter().flat_map(|p| &p.rows).enumerate() {
-            let largest = self.nodes.iter().fold(0.0, |m: f64, n| m.max(n.path[r].abs()));
-            let scale = row_scale(row, largest);
+            let scale = self.row_scales[r];
             for node in &self.nodes {
                 let slope = relative(-node.multipliers[r] * scale, self.slope_size);
                 let residual = natural_residual(slope, node.path[r], &row.bounds, scale);

@@ -4,7 +4,6 @@ use apsides_ocp::Contact;
 use nalgebra::DMatrix;
 
 use super::arcs::Span;
-use crate::boundary::row_scale;
 use crate::optimality::PhaseConditions;
 
 /// Distance from a bound, relative to the scale of a row, along an arc there.
@@ -62,8 +61,7 @@ fn begins_or_ends_arc(conditions: &PhaseConditions<'_>, contact: &Contact) -> bo
     let breaks = conditions.found.control.breaks();
     let mut rows = conditions.equations.phase.path.iter().flat_map(|p| &p.rows);
     let Some(variable) = rows.nth(contact.row) else { return false };
-    let values = || conditions.nodes.iter().map(|n| n.path[contact.row]);
-    let scale = row_scale(variable, values().fold(0.0, |m: f64, v| m.max(v.abs())));
+    let scale = conditions.row_scales[contact.row];
     let stays = |interval: usize| {
         let inside = breaks[interval]..breaks[interval + 1];
         let nodes = conditions.nodes.iter().filter(|n| n.time > inside.start && n.time < inside.end);

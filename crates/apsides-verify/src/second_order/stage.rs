@@ -6,7 +6,6 @@ use super::activity::Activity;
 use super::arcs::Span;
 use apsides_ocp::Bounds;
 
-use crate::boundary::row_scale;
 use crate::optimality::PhaseConditions;
 use crate::worst::relative;
 
@@ -281,8 +280,7 @@ fn path_rows(conditions: &mut PhaseConditions<'_>, coordinates: &Coordinates) ->
     let mut gradient = vec![0.0; coordinates.others + 1];
     let variables = conditions.equations.phase.path.iter().flat_map(|p| &p.rows);
     for (r, variable) in variables.enumerate() {
-        let largest = conditions.nodes.iter().fold(0.0, |m: f64, n| m.max(n.path[r].abs()));
-        let size = row_scale(variable, largest);
+        let size = conditions.row_scales[r];
         let value = conditions.equations.row_gradient(r, &mut gradient);
         let slope = relative(-conditions.point.multipliers[r] * size, conditions.hamiltonian_size);
         let activity = Activity::new(slope, value, &variable.bounds, size);

@@ -1,0 +1,202 @@
+//! Path constraints that keep a vector in a cone.
+//!
+//! ```text
+//! u . u <= r^2,   r >= 0,   the same as   |u| <= r
+//! ```
+//!
+//! The second form is convex where `u` and `r` are affine. At the tip of the cone, as along a coast, the first one has no slope in anything, and
+//! so no multiplier that holds the controls there (S. Boyd, L. Vandenberghe, Convex Optimization, Cambridge 2004, section 4.4.2).
+
+use apsides_ad::formula::{Binary, Operation, Unary};
+use apsides_ad::{AdError, Formula, FormulaBuilder, Value, formula_node};
+
+use crate::rewrite::rewrite;
+use crate::{Bounds, PathConstraint, Phase, Variable};
+
+/// A value times a factor, of which a term is the square.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Root {
+    value: usize,
+    factor: f64,
+}
+
+/// A row that keeps a vector in a cone.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Cone {
+    vector: Vec<Root>,
+    radius: Root,
+    /// True if the bounds of states and controls allow a radius of nothing.
+    pub(crate) may_be_at_tip: bool,
+    /// True if the row is the square of the radius less that of the vector, else the other way round.
+    pub(crate) is_reversed: bool,
+}
+
+impl Cone {
+    /// The cone of an output with these bounds; none where it is none, or nothing says that its radius is never below zero.
+    pub(crate) fn of(phase: &Phase, formula: &Formula, output: usize, bounds: Bounds) -> Option<Self> {
+        let is_reversed = match (bounds.lower, bounds.upper) {
+            (f64::NEG_INFINITY, 0.0) => false,
+            (0.0, f64::INFINITY) => true,
+            _ => return None,
+        };
+        let values = Values { phase, formula };
+        let (mut vector, mut radius) = (Vec::new(), None);
+        let mut open = vec![(output, !is_reversed)];
+        while let Some((value, is_added)) = open.pop() {
+            match values.operation(value)? {
+                Operation::Unary(Unary::Neg, a) => open.push((a, !is_added)),
+                Operation::Binary(Binary::Add, a, b) => open.extend([(a, is_added), (b, is_added)]),
+                Operation::Binary(Binary::Sub, a, b) => open.extend([(a, is_added), (b, !is_added)]),
+                _ if is_added => vector.push(values.root(value)?),
+                _ if radius.is_none() => radius = Some(values.root(value)?),
+                _ => return None,
+            }
+        }
+        let radius = radius.filter(|r| !vector.is_empty() && values.is_never_below_zero(r.value))?;
+        let may_be_at_tip = values.may_be_zero(radius.value);
+        Some(Self { vector, radius, may_be_at_tip, is_reversed })
+    }
+
+    /// The controls of which the vector consists, in their order; none if they are fewer than two, or anything else.
+    pub(crate) fn controls(&self, phase: &Phase) -> Option<Vec<usize>> {
+        let control = |root: &Root| {
+            let control = root.value.checked_sub(phase.states.len());
+            control.filter(|c| root.factor == 1.0 && *c < phase.controls.len())
+        };
+        let mut controls = self.vector.iter().map(control).collect::<Option<Vec<_>>>()?;
+        controls.sort_unstable();
+        let is_set = controls.windows(2).all(|w| w[0] != w[1]);
+        (is_set && controls.len() > 1).then_some(controls)
+    }
+
+    /// A row by the length of the vector in place of its square.
+    pub(crate) fn row(&self, row: &Variable) -> Variable {
+        Variable { scale: row.scale.map(f64::sqrt), ..row.clone() }
+    }
+}
+
+/// A formula with `|u| - r`, or `r - |u|`, in place of the outputs that are rows of cones.
+pub(crate) fn by_lengths(formula: &Formula, cones: &[Option<Cone>]) -> Result<Formula, AdError> {
+    let mut b = FormulaBuilder::new(formula.inputs());
+    let values = rewrite(formula, &mut b, |b, i| b.input(i), |_, _, _| None);
+    let scaled = |b: &mut FormulaBuilder, root: &Root| match root.factor {
+        1.0 => values[root.value],
+        factor => {
+            let factor = b.constant(factor);
+            b.mul(factor, values[root.value])
+        }
+    };
+    let mut outputs: Vec<Value> = Vec::with_capacity(cones.len());
+    for (output, cone) in formula.outputs().iter().zip(cones) {
+        let Some(cone) = cone else {
+            outputs.push(values[*output]);
+            continue;
+        };
+        let mut square = None;
+        for root in &cone.vector {
+            let component = scaled(&mut b, root);
+            let term = b.square(component);
+            square = Some(square.map_or(term, |sum| b.add(sum, term)));
+        }
+        let square = square.unwrap_or_else(|| b.constant(0.0));
+        let (length, radius) = (b.sqrt(square), scaled(&mut b, &cone.radius));
+        let (more, less) = if cone.is_reversed { (radius, length) } else { (length, radius) };
+        outputs.push(b.sub(more, less));
+    }
+    b.formula(&outputs)
+}
+
+/// The path constraint with the rows that keep a vector in a cone by its length; none where there are none, or it is no formula.
+#[must_use]
+pub fn with_lengths(phase: &Phase, constraint: &PathConstraint) -> Option<PathConstraint> {
+    let formula = constraint.function.formula().ok()?;
+    let rows = constraint.rows.iter().zip(formula.outputs());
+    let cones: Vec<Option<Cone>> =
+        rows.map(|(row, output)| Cone::of(phase, &formula, *output, row.bounds)).collect();
+    if cones.iter().all(Option::is_none) {
+        return None;
+    }
+    let function = formula_node(by_lengths(&formula, &cones).ok()?);
+    let rows = constraint.rows.iter().zip(&cones);
+    let rows = rows.map(|(row, cone)| cone.as_ref().map_or_else(|| row.clone(), |cone| cone.row(row)));
+    Some(PathConstraint { rows: rows.collect(), function })
+}
+
+/// The values of a formula of a phase.
+struct Values<'a> {
+    phase: &'a Phase,
+    formula: &'a Formula,
+}
+
+impl Values<'_> {
+    fn operation(&self, value: usize) -> Option<Operation> {
+        value.checked_sub(self.formula.inputs()).map(|k| self.formula.operations()[k])
+    }
+
+    fn constant(&self, value: usize) -> Option<f64> {
+        match self.operation(value) {
+            Some(Operation::Constant(c)) => Some(c),
+            _ => None,
+        }
+    }
+
+    /// The value, and its factor, of which another value is the square.
+    fn root(&self, value: usize) -> Option<Root> {
+        match self.operation(value)? {
+            Operation::Binary(Binary::Mul, a, b) if a == b => Some(Root { value: a, factor: 1.0 }),
+            Operation::Powi(value, 2) => Some(Root { value, factor: 1.0 }),
+            Operation::Binary(Binary::Mul, a, b) => {
+                let of = |c: f64, square: usize| Some(self.root(square)?.times(c));
+                self.constant(a).and_then(|c| of(c, b)).or_else(|| self.constant(b).and_then(|c| of(c, a)))
+            }
+            Operation::Binary(Binary::Div, a, b) => {
+                let divisor = self.constant(b)?;
+                Some(self.root(a)?.times(1.0 / divisor))
+            }
+            _ => None,
+        }
+        .filter(|root| root.factor > 0.0 && root.factor.is_finite())
+    }
+
+    /// The least value of a state or a control along the phase.
+    fn least(&self, input: usize) -> f64 {
+        let (states, controls) = (&self.phase.states, &self.phase.controls);
+        let bounds = match input.checked_sub(states.len()) {
+            None => Some(states[input].variable.bounds),
+            Some(control) => controls.get(control).map(|c| c.bounds),
+        };
+        bounds.map_or(f64::NEG_INFINITY, |b| b.lower)
+    }
+
+    /// True only if the bounds of states and controls say so.
+    fn is_never_below_zero(&self, value: usize) -> bool {
+        match self.operation(value) {
+            None => self.least(value) >= 0.0,
+            Some(Operation::Constant(c)) => c >= 0.0,
+            Some(Operation::Unary(Unary::Sqrt, _)) => true,
+            Some(Operation::Binary(Binary::Add | Binary::Mul | Binary::Div, a, b)) => {
+                self.is_never_below_zero(a) && self.is_never_below_zero(b)
+            }
+            _ => false,
+        }
+    }
+
+    /// False if the bounds of states and controls keep a value that is never below zero above it.
+    fn may_be_zero(&self, value: usize) -> bool {
+        match self.operation(value) {
+            None => self.least(value) <= 0.0,
+            Some(Operation::Constant(c)) => c <= 0.0,
+            Some(Operation::Binary(Binary::Add, a, b)) => self.may_be_zero(a) && self.may_be_zero(b),
+            Some(Operation::Binary(Binary::Mul, a, b)) => self.may_be_zero(a) || self.may_be_zero(b),
+            Some(Operation::Binary(Binary::Div, a, _)) => self.may_be_zero(a),
+            Some(operation) => operation.operands().any(|a| self.may_be_zero(a)),
+        }
+    }
+}
+
+impl Root {
+    /// The root of the square times a number.
+    fn times(self, number: f64) -> Self {
+        Self { factor: self.factor * number.sqrt(), ..self }
+    }
+}
