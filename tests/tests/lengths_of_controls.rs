@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use apsides::radau::Radau;
+use apsides::verify::{Verdict, VerifySettings, verify};
 
 /// Multipliers and costates are those of a nonlinear program at its tolerance.
 const SOLVER: f64 = 1e-6;
@@ -39,4 +40,28 @@ fn the_multiplier_of_a_limit_of_the_square_follows_the_primer() {
         }
     }
     assert!(coasts > 0 && burns > 0, "{coasts} {burns}");
+}
+
+/// A coast with a radius above zero, since a state is part of it: the cone is not active there and holds nothing.
+#[test]
+fn a_cone_holds_nothing_on_a_coast_away_from_its_tip() {
+    let text = r#"
+        kind = "problem"
+        [phase.a]
+        time = { end = 6 }
+        states.x = { start = 0, end = 4 }
+        states.y = { start = 0, end = 3 }
+        states.v = { start = 0, end = 0 }
+        states.w = { start = 0.1, end = 0 }
+        states.p = { start = 1, min = 0 }
+        controls = { a = [-1, 1], b = [-1, 1], g = [0, 1] }
+        dynamics = { x = "v", y = "w", v = "1.2*a", w = "1.2*b", p = "-0.1*p" }
+        integrals.fuel = "g + sqrt(a^2 + b^2)"
+        path.cone = "a^2 + b^2 <= (p + g)^2"
+        [objective]
+        minimize = "fuel"
+    "#;
+    let solved = apsides::parse(text, "coast", &[]).unwrap().solve(None, &mut ()).unwrap();
+    let found = verify(&solved.ocp, &solved.trajectory, &VerifySettings::default()).unwrap();
+    assert_eq!(found.certificate.verdict, Verdict::GlobalOptimum, "{:?}", found.certificate);
 }

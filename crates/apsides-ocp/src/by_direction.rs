@@ -298,8 +298,9 @@ impl PhaseVectors {
         })
     }
 
-    /// The multipliers with those of cones where the vector is nothing, by the slopes without and with a multiplier of one. Any between the
-    /// least that holds the vector there and the largest that the controls of the radius bear is one; the middle leaves both pushing.
+    /// The multipliers with those of cones at their tips, by the slopes without and with a multiplier of one. Any between the least that holds
+    /// the vector there and the largest that the controls of the radius bear is one; the middle leaves both pushing. Where states are in the
+    /// radius the costates depend on the multiplier, which stays as it is.
     fn multipliers_at_tips(
         &self,
         phase: &Phase,
@@ -319,8 +320,12 @@ impl PhaseVectors {
                 if u[v.length] > v.nothing(phase) {
                     continue;
                 }
-                let least = (-slopes[nx + v.length]).max(0.0);
                 let others = (0..phase.controls.len()).filter(|j| by_row(*j) < 0.0);
+                let is_of_controls = slopes[..nx] == with_one[..nx];
+                if !is_of_controls || others.clone().any(|j| u[j] > v.nothing(phase)) {
+                    continue;
+                }
+                let least = (-slopes[nx + v.length]).max(0.0);
                 let most = others.map(|j| slopes[nx + j] / -by_row(j)).fold(f64::INFINITY, f64::min);
                 let bears_more = most > least && most.is_finite();
                 all[row] = sign * if bears_more { 0.5 * (least + most) } else { least };
@@ -495,22 +500,20 @@ fn split(lengths: &Lengths<'_>, rounded: &mut Phase) -> Result<(Phase, PhaseVect
                 let function = functions[k + 1].clone();
                 let mut of_lengths = constraint.rows.clone();
                 for (r, row) in of_lengths.iter_mut().enumerate() {
-                    *row = lengths.cone(k, r).map_or_else(|| row.clone(), |cone| cone.row(row));
-                }
-                split.path.push(crate::PathConstraint { function, rows: of_lengths });
-                for r in 0..constraint.rows.len() {
-                    rows.push(match lengths.cone(k, r) {
-                        Some(cone) => {
-                            let controls = cone.controls(phase);
-                            let vector =
-                                vectors.iter().position(|v| controls.as_ref() == Some(&v.components));
+                    let cone = lengths.cone(k, r);
+                    let components = cone.and_then(|cone| cone.controls(phase));
+                    let vector = vectors.iter().position(|v| components.as_ref() == Some(&v.components));
+                    rows.push(match (cone, vector) {
+                        (Some(cone), Some(vector)) => {
+                            *row = cone.row(row);
                             let sign = if cone.is_reversed { -1.0 } else { 1.0 };
-                            vector.map_or(Row::Kept(kept), |vector| Row::Cone { row: kept, vector, sign })
+                            Row::Cone { row: kept + r, vector, sign }
                         }
-                        None => Row::Kept(kept),
+                        _ => Row::Kept(kept + r),
                     });
-                    kept += 1;
                 }
+                kept += of_lengths.len();
+                split.path.push(crate::PathConstraint { function, rows: of_lengths });
             }
         }
     }

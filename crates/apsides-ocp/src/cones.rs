@@ -13,6 +13,16 @@ use apsides_ad::{AdError, Formula, FormulaBuilder, Value, formula_node};
 use crate::rewrite::rewrite;
 use crate::{Bounds, PathConstraint, Phase, Variable};
 
+/// Terms of a cone: a sum in which values occur again and again could have more of them than can be looked at.
+const MOST_TERMS: usize = 64;
+
+/// The sign of a value as the bounds of states and controls have it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Sign {
+    NotNegative,
+    Positive,
+}
+
 /// A value times a factor, of which a term is the square.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Root {
@@ -43,6 +53,9 @@ impl Cone {
         let (mut vector, mut radius) = (Vec::new(), None);
         let mut open = vec![(output, !is_reversed)];
         while let Some((value, is_added)) = open.pop() {
+            if vector.len() > MOST_TERMS {
+                return None;
+            }
             match values.operation(value)? {
                 Operation::Unary(Unary::Neg, a) => open.push((a, !is_added)),
                 Operation::Binary(Binary::Add, a, b) => open.extend([(a, is_added), (b, is_added)]),
@@ -52,8 +65,8 @@ impl Cone {
                 _ => return None,
             }
         }
-        let radius = radius.filter(|r| !vector.is_empty() && values.is_never_below_zero(r.value))?;
-        let may_be_at_tip = values.may_be_zero(radius.value);
+        let radius = radius.filter(|_| !vector.is_empty())?;
+        let may_be_at_tip = values.sign(radius.value)? == Sign::NotNegative;
         Some(Self { vector, radius, may_be_at_tip, is_reversed })
     }
 
@@ -168,29 +181,32 @@ impl Values<'_> {
         bounds.map_or(f64::NEG_INFINITY, |b| b.lower)
     }
 
-    /// True only if the bounds of states and controls say so.
-    fn is_never_below_zero(&self, value: usize) -> bool {
-        match self.operation(value) {
-            None => self.least(value) >= 0.0,
-            Some(Operation::Constant(c)) => c >= 0.0,
-            Some(Operation::Unary(Unary::Sqrt, _)) => true,
-            Some(Operation::Binary(Binary::Add | Binary::Mul | Binary::Div, a, b)) => {
-                self.is_never_below_zero(a) && self.is_never_below_zero(b)
-            }
-            _ => false,
+    /// The sign of a value; none where the bounds of states and controls do not say that it is never below zero.
+    fn sign(&self, value: usize) -> Option<Sign> {
+        let of = |number: f64| match number {
+            _ if number > 0.0 => Some(Sign::Positive),
+            0.0 => Some(Sign::NotNegative),
+            _ => None,
+        };
+        let first = self.formula.inputs();
+        let mut signs: Vec<Option<Sign>> = (0..first).map(|input| of(self.least(input))).collect();
+        for operation in self.formula.operations().iter().take((value + 1).saturating_sub(first)) {
+            let both = |a: usize, b: usize| Some((signs[a]?, signs[b]?));
+            let sign = match *operation {
+                Operation::Constant(c) => of(c),
+                Operation::Unary(Unary::Sqrt, a) => Some(signs[a].unwrap_or(Sign::NotNegative)),
+                Operation::Binary(Binary::Add, a, b) => {
+                    both(a, b).map(|(a, b)| if a == Sign::Positive { a } else { b })
+                }
+                Operation::Binary(Binary::Mul, a, b) => {
+                    both(a, b).map(|(a, b)| if a == Sign::Positive { b } else { a })
+                }
+                Operation::Binary(Binary::Div, a, b) => both(a, b).map(|(a, _)| a),
+                _ => None,
+            };
+            signs.push(sign);
         }
-    }
-
-    /// False if the bounds of states and controls keep a value that is never below zero above it.
-    fn may_be_zero(&self, value: usize) -> bool {
-        match self.operation(value) {
-            None => self.least(value) <= 0.0,
-            Some(Operation::Constant(c)) => c <= 0.0,
-            Some(Operation::Binary(Binary::Add, a, b)) => self.may_be_zero(a) && self.may_be_zero(b),
-            Some(Operation::Binary(Binary::Mul, a, b)) => self.may_be_zero(a) || self.may_be_zero(b),
-            Some(Operation::Binary(Binary::Div, a, _)) => self.may_be_zero(a),
-            Some(operation) => operation.operands().any(|a| self.may_be_zero(a)),
-        }
+        signs[value]
     }
 }
 

@@ -15,7 +15,7 @@ pub enum ArcKind {
     /// A control between its bounds that the Hamiltonian is linear in: of one degree less than its points would allow, since
     /// along a singular arc the highest one is an oscillation that gains from the error of the rule.
     Singular,
-    /// It is clear of its bounds, which are left out.
+    /// It is clear of its bounds, or follows from path constraints and what else is held: its bounds are left out.
     Free,
 }
 

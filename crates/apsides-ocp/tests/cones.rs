@@ -88,3 +88,21 @@ fn a_vector_in_a_cone_with_a_tip_has_length_and_direction() {
     let rounded = problem([0.5, 2.0], [UPPER, Bounds::FREE, Bounds::FREE, Bounds::FREE]);
     assert!(ByDirection::of(&rounded).is_none());
 }
+
+/// `a^2`, doubled sixty times, below `r^2`: more terms than there is time for.
+struct Doubled;
+impl PathFunction<2, 3, 1> for Doubled {
+    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 2], u: &[S; 3], _p: &[S; 0]) -> [S; 1] {
+        let sum = (0..60).fold(u[0] * u[0], |sum, _| sum + sum);
+        let radius = (0..60).fold(u[2], |sum, _| sum + sum);
+        [sum - radius * radius]
+    }
+}
+
+#[test]
+fn sums_in_which_values_occur_again_and_again_end() {
+    let ocp = problem([0.0, 2.0], [UPPER; 4]);
+    let row = Variable { bounds: UPPER, ..Variable::new("doubled", "-") };
+    let phase = ocp.phases[0].clone().path([row], Doubled);
+    assert!(with_lengths(&phase, &phase.path[1]).is_none());
+}

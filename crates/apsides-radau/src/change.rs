@@ -412,8 +412,9 @@ pub(crate) fn settle(
         // A control that jumps where a row meets its bound does so there.
         let meets = [c.kind, last.kind].contains(&ChangeKind::Junction) && c.kind != last.kind;
         // Where one of two controls that a row binds leaves its bound as the other one comes to its own, the arc between is a jump of both.
-        let are_one = are_bound(last.quantity, c.quantity) && c.at - last.at < BOUND;
-        let is_one = are_one || c.known.is_none() && c.at - last.at < SAME;
+        let is_between = last.to == Class::Between && c.from == Class::Between && c.at - last.at < BOUND;
+        let is_one =
+            c.known.is_none() && c.at - last.at < SAME || is_between && are_bound(last.quantity, c.quantity);
         // Two kinks, or a jump and a kink, are kept apart as far as an arc between them can last.
         let same = if jumps { is_one } else { c.at - last.at < COLLAPSED }
             || meets && c.known.is_none() && c.gap.0 <= last.gap.1;

@@ -244,7 +244,7 @@ impl PhaseStructure<'_> {
             let ends = &breaks[k.saturating_sub(1)..(k + 1).min(breaks.len())];
             let boundary = self.quantities.iter().zip(&class).filter(|(q, _)| q.is_boundary());
             let is_along_bound = boundary.into_iter().any(|(_, class)| *class != Class::Between);
-            let determined = determined(self.phase, &self.quantities, &class, &whole);
+            let following = determined(self.phase, &self.quantities, &class, &whole);
             for (index, ((q, class), whole)) in self.quantities.iter().zip(&class).zip(whole).enumerate() {
                 let has_kink = self.of_kind(ChangeKind::Kink).any(|c| c.quantity == index);
                 let between = match (q.affine, has_kink) {
@@ -254,7 +254,7 @@ impl PhaseStructure<'_> {
                     (false, true) => Some(ArcKind::Free),
                     (false, false) => None,
                 };
-                let follows = determined.iter().find(|d| q.kind == QuantityKind::Control(d.control));
+                let follows = following.iter().find(|d| q.kind == QuantityKind::Control(d.control));
                 let course = match follows {
                     Some(d) if d.by_what_is_held => Some(ArcKind::Free),
                     Some(_) => class.course(),
