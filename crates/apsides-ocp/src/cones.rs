@@ -11,23 +11,14 @@ use apsides_ad::formula::{Binary, Operation, Unary};
 use apsides_ad::{AdError, Formula, FormulaBuilder, Value, formula_node};
 
 use crate::rewrite::rewrite;
+use crate::squares::{Root, Term, root, terms, vector_of_controls};
 use crate::{Bounds, PathConstraint, Phase, Variable};
-
-/// Terms of a cone: a sum in which values occur again and again could have more of them than can be looked at.
-const MOST_TERMS: usize = 64;
 
 /// The sign of a value as the bounds of states and controls have it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Sign {
     NotNegative,
     Positive,
-}
-
-/// A value times a factor, of which a term is the square.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Root {
-    value: usize,
-    factor: f64,
 }
 
 /// A row that keeps a vector in a cone.
@@ -43,7 +34,7 @@ pub(crate) struct Cone {
 
 impl Cone {
     /// The cone of an output with these bounds; none where it is none, or nothing says that its radius is never below zero.
-    pub(crate) fn of(phase: &Phase, formula: &Formula, output: usize, bounds: Bounds) -> Option<Self> {
+    fn of(phase: &Phase, formula: &Formula, output: usize, bounds: Bounds) -> Option<Self> {
         let is_reversed = match (bounds.lower, bounds.upper) {
             (f64::NEG_INFINITY, 0.0) => false,
             (0.0, f64::INFINITY) => true,
@@ -51,18 +42,12 @@ impl Cone {
         };
         let values = Values { phase, formula };
         let (mut vector, mut radius) = (Vec::new(), None);
-        let mut open = vec![(output, !is_reversed)];
-        while let Some((value, is_added)) = open.pop() {
-            if vector.len() > MOST_TERMS {
-                return None;
-            }
-            match values.operation(value)? {
-                Operation::Unary(Unary::Neg, a) => open.push((a, !is_added)),
-                Operation::Binary(Binary::Add, a, b) => open.extend([(a, is_added), (b, is_added)]),
-                Operation::Binary(Binary::Sub, a, b) => open.extend([(a, is_added), (b, !is_added)]),
-                _ if is_added => vector.push(values.root(value)?),
-                _ if radius.is_none() => radius = Some(values.root(value)?),
-                _ => return None,
+        for Term { value, is_added } in terms(formula, output)? {
+            let root = root(formula, value)?;
+            match is_added == is_reversed {
+                false => vector.push(root),
+                true if radius.is_none() => radius = Some(root),
+                true => return None,
             }
         }
         let radius = radius.filter(|_| !vector.is_empty())?;
@@ -70,16 +55,19 @@ impl Cone {
         Some(Self { vector, radius, may_be_at_tip, is_reversed })
     }
 
+    /// The cones of the rows of a path constraint with this formula.
+    pub(crate) fn of_rows(
+        phase: &Phase,
+        constraint: &PathConstraint,
+        formula: &Formula,
+    ) -> Vec<Option<Self>> {
+        let rows = constraint.rows.iter().zip(formula.outputs());
+        rows.map(|(row, output)| Self::of(phase, formula, *output, row.bounds)).collect()
+    }
+
     /// The controls of which the vector consists, in their order; none if they are fewer than two, or anything else.
     pub(crate) fn controls(&self, phase: &Phase) -> Option<Vec<usize>> {
-        let control = |root: &Root| {
-            let control = root.value.checked_sub(phase.states.len());
-            control.filter(|c| root.factor == 1.0 && *c < phase.controls.len())
-        };
-        let mut controls = self.vector.iter().map(control).collect::<Option<Vec<_>>>()?;
-        controls.sort_unstable();
-        let is_set = controls.windows(2).all(|w| w[0] != w[1]);
-        (is_set && controls.len() > 1).then_some(controls)
+        vector_of_controls(phase, &self.vector)
     }
 
     /// A row by the length of the vector in place of its square.
@@ -123,9 +111,7 @@ pub(crate) fn by_lengths(formula: &Formula, cones: &[Option<Cone>]) -> Result<Fo
 #[must_use]
 pub fn with_lengths(phase: &Phase, constraint: &PathConstraint) -> Option<PathConstraint> {
     let formula = constraint.function.formula().ok()?;
-    let rows = constraint.rows.iter().zip(formula.outputs());
-    let cones: Vec<Option<Cone>> =
-        rows.map(|(row, output)| Cone::of(phase, &formula, *output, row.bounds)).collect();
+    let cones = Cone::of_rows(phase, constraint, &formula);
     if cones.iter().all(Option::is_none) {
         return None;
     }
@@ -142,35 +128,6 @@ struct Values<'a> {
 }
 
 impl Values<'_> {
-    fn operation(&self, value: usize) -> Option<Operation> {
-        value.checked_sub(self.formula.inputs()).map(|k| self.formula.operations()[k])
-    }
-
-    fn constant(&self, value: usize) -> Option<f64> {
-        match self.operation(value) {
-            Some(Operation::Constant(c)) => Some(c),
-            _ => None,
-        }
-    }
-
-    /// The value, and its factor, of which another value is the square.
-    fn root(&self, value: usize) -> Option<Root> {
-        match self.operation(value)? {
-            Operation::Binary(Binary::Mul, a, b) if a == b => Some(Root { value: a, factor: 1.0 }),
-            Operation::Powi(value, 2) => Some(Root { value, factor: 1.0 }),
-            Operation::Binary(Binary::Mul, a, b) => {
-                let of = |c: f64, square: usize| Some(self.root(square)?.times(c));
-                self.constant(a).and_then(|c| of(c, b)).or_else(|| self.constant(b).and_then(|c| of(c, a)))
-            }
-            Operation::Binary(Binary::Div, a, b) => {
-                let divisor = self.constant(b)?;
-                Some(self.root(a)?.times(1.0 / divisor))
-            }
-            _ => None,
-        }
-        .filter(|root| root.factor > 0.0 && root.factor.is_finite())
-    }
-
     /// The least value of a state or a control along the phase.
     fn least(&self, input: usize) -> f64 {
         let (states, controls) = (&self.phase.states, &self.phase.controls);
@@ -207,12 +164,5 @@ impl Values<'_> {
             signs.push(sign);
         }
         signs[value]
-    }
-}
-
-impl Root {
-    /// The root of the square times a number.
-    fn times(self, number: f64) -> Self {
-        Self { factor: self.factor * number.sqrt(), ..self }
     }
 }

@@ -85,6 +85,7 @@ pub mod piecewise;
 pub mod problem;
 mod rewrite;
 pub mod scaling;
+mod squares;
 pub mod trajectory;
 pub mod variable;
 pub mod without_kinks;

@@ -89,20 +89,22 @@ fn a_vector_in_a_cone_with_a_tip_has_length_and_direction() {
     assert!(ByDirection::of(&rounded).is_none());
 }
 
-/// `a^2`, doubled sixty times, below `r^2`: more terms than there is time for.
+/// `a^2`, doubled sixty times, below `r^2`, and its length: more terms than there is time for.
 struct Doubled;
-impl PathFunction<2, 3, 1> for Doubled {
-    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 2], u: &[S; 3], _p: &[S; 0]) -> [S; 1] {
+impl PathFunction<2, 3, 2> for Doubled {
+    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 2], u: &[S; 3], _p: &[S; 0]) -> [S; 2] {
         let sum = (0..60).fold(u[0] * u[0], |sum, _| sum + sum);
         let radius = (0..60).fold(u[2], |sum, _| sum + sum);
-        [sum - radius * radius]
+        [sum - radius * radius, sum.sqrt()]
     }
 }
 
 #[test]
 fn sums_in_which_values_occur_again_and_again_end() {
     let ocp = problem([0.0, 2.0], [UPPER; 4]);
-    let row = Variable { bounds: UPPER, ..Variable::new("doubled", "-") };
-    let phase = ocp.phases[0].clone().path([row], Doubled);
+    let rows = ["doubled", "its length"].map(|name| Variable { bounds: UPPER, ..Variable::new(name, "-") });
+    let phase = ocp.phases[0].clone().path(rows, Doubled);
     assert!(with_lengths(&phase, &phase.path[1]).is_none());
+    let all = Ocp::builder("p").phase(phase).minimize("time", "s", At::FinalTime("go")).build().unwrap();
+    assert!(ByDirection::of(&all).is_some());
 }

@@ -1,10 +1,11 @@
 //! Where the lengths of vectors of controls occur in the functions of a phase.
 
 use apsides_ad::Formula;
-use apsides_ad::formula::{Binary, Operation, Unary};
+use apsides_ad::formula::{Operation, Unary};
 
 use crate::cones::{Cone, by_lengths};
-use crate::{PathConstraint, Phase, Variable};
+use crate::squares::{Root, Term, root, terms, vector_of_controls};
+use crate::{PathConstraint, Phase};
 
 /// The functions of a phase as formulas: that of the equations of motion, those of the path constraints, those of the integrals.
 pub(super) struct Lengths<'a> {
@@ -36,11 +37,8 @@ impl<'a> Lengths<'a> {
         let constraints = self.phase.path.iter().zip(&self.formulas[1..]);
         let cones: Vec<Vec<Option<Cone>>> = constraints
             .map(|(constraint, formula)| {
-                let cone = |(row, output): (&Variable, &usize)| {
-                    Cone::of(self.phase, formula, *output, row.bounds)
-                        .filter(|cone| cone.may_be_at_tip && cone.controls(self.phase).is_some())
-                };
-                constraint.rows.iter().zip(formula.outputs()).map(cone).collect()
+                let kept = |cone: &Cone| cone.may_be_at_tip && cone.controls(self.phase).is_some();
+                Cone::of_rows(self.phase, constraint, formula).into_iter().map(|c| c.filter(kept)).collect()
             })
             .collect();
         let mut formulas = self.formulas.clone();
@@ -138,20 +136,8 @@ impl<'a> Lengths<'a> {
 
     /// The controls of whose vector a value is the square, in their order; at least two.
     pub(super) fn square(&self, formula: &Formula, value: usize) -> Option<Vec<usize>> {
-        let (nx, n) = (self.phase.states.len(), formula.inputs());
-        let control = |v: usize| v.checked_sub(nx).filter(|c| *c < self.phase.controls.len());
-        let mut components = Vec::new();
-        let mut open = vec![value];
-        while let Some(v) = open.pop() {
-            match v.checked_sub(n).map(|o| formula.operations()[o])? {
-                Operation::Binary(Binary::Add, a, b) => open.extend([a, b]),
-                Operation::Binary(Binary::Mul, a, b) if a == b => components.push(control(a)?),
-                Operation::Powi(a, 2) => components.push(control(a)?),
-                _ => return None,
-            }
-        }
-        components.sort_unstable();
-        let is_set = components.windows(2).all(|w| w[0] != w[1]);
-        (is_set && components.len() > 1).then_some(components)
+        let of_square = |term: Term| root(formula, term.value).filter(|_| term.is_added);
+        let roots: Vec<Root> = terms(formula, value)?.into_iter().map(of_square).collect::<Option<_>>()?;
+        vector_of_controls(self.phase, &roots)
     }
 }

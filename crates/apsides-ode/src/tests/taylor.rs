@@ -283,11 +283,14 @@ fn steps_are_limited_as_stated() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
 
-    /// The same orbit by both schemes, and back to where it started.
+    /// The same orbit by both schemes, and back to where it started. What errors of energy leave is a delay along the orbit (E. Hairer,
+    /// C. Lubich, G. Wanner, Geometric Numerical Integration, Springer 2006, section X.3), which changes a speed by the acceleration times
+    /// itself: at most by that of the periapsis, `1 / (1 - e)^2`, to which the schemes must agree.
     #[test]
     fn orbits_agree_with_those_of_runge_kutta(eccentricity in 0.0..0.8_f64, time in 0.5..8.0_f64) {
         let start = periapsis(eccentricity);
         let (mut end, mut other, mut back) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+        let bound = STEPS / (1.0 - eccentricity).powi(2);
         let mut integrator = orbit(1e-13);
         integrator.integrate(0.0, &start, &[], time, &mut end).unwrap();
         let system = FnSystem::new(4, |_, x: &[f64], dx: &mut [f64]| {
@@ -298,8 +301,8 @@ proptest! {
         pair.integrate(&system, 0.0, &start, time, &mut other).unwrap();
         integrator.integrate(time, &end, &[], 0.0, &mut back).unwrap();
         for k in 0..4 {
-            prop_assert!((end[k] - other[k]).abs() < STEPS, "{end:?} {other:?}");
-            prop_assert!((back[k] - start[k]).abs() < STEPS, "{back:?}");
+            prop_assert!((end[k] - other[k]).abs() < bound, "{end:?} {other:?}");
+            prop_assert!((back[k] - start[k]).abs() < bound, "{back:?}");
         }
     }
 }
