@@ -6,7 +6,7 @@ Each line of OPTIMA states the optimum of the file of its name; where it needs m
 name and value.
 """
 
-from math import acos, acosh, asin, atan, atan2, cos, cosh, exp, hypot, inf, log, pi, sin, sinh, sqrt, tanh
+from math import acos, acosh, asin, asinh, atan, atan2, cos, cosh, exp, hypot, inf, log, pi, sin, sinh, sqrt, tanh
 
 import numpy as np
 from scipy.integrate import quad, solve_ivp
@@ -56,6 +56,17 @@ def least_fuel_in_a_cone_with_a_least_thrust():
     p = fsolve(misses, np.array([0.93, 0.6, -0.31, -0.21]), xtol=1e-13)
     first, second = switches(p[:2], p[2:])
     return first + end - second + 0.2 * (second - first)
+
+
+def thrust_that_turns_past_its_bound():
+    """Tangent of the angle off straight back linear in time, from k/2 to -k/2; the displacement is that of the line."""
+    k = brentq(lambda k: ((k / 2) * sqrt(1 + k * k / 4) - asinh(k / 2)) / k**2 - 0.1, 0.1, 20)
+    return 2 / k * asinh(k / 2)
+
+
+def cost_from_half_way():
+    """Half of the way in t, the other half, which costs by the time, in the rest."""
+    return minimize_scalar(lambda t: 0.25 / t + 0.25 / (1 - t) + 1 - t, bounds=(0.1, 0.9), method="bounded", options={"xatol": 1e-12}).fun
 
 
 def landing_in_a_cone_of_thrust():
@@ -665,10 +676,12 @@ OPTIMA = {
     "least_fuel_in_a_cone_with_a_least_thrust": least_fuel_in_a_cone_with_a_least_thrust,
     "least_fuel_in_space_by_length": lambda: 2 * (2 - sqrt(3)),
     "least_fuel_under_a_magnitude": lambda: 2 * (3 - sqrt(9 - 5 / 1.2)),
+    "least_time_by_an_angle": lambda: 2,
     "least_time_in_an_ellipse": lambda: 2 * sqrt(hypot(4 / 2, 3 / 1)),
     "least_time_with_an_energy": lambda: 4 ** (1 / 3),
     "limit_by_a_logarithm": lambda: (1 - 2) ** 2 / 2,
     "limit_of_the_speed_from_the_start": lambda: 4 * 0.6**2 / 3,
+    "limit_that_steps_at_a_time": lambda: 0.8**2 / 0.5 + 0.2**2 / 0.5,
     "limit_until_a_time": lambda: 0.2**2 + 12 * 0.9**2 / 3**3 - 12 * 0.9 * 0.2 / 3**2 + 4 * 0.2**2 / 3,
     "limit_with_a_far_side": string_over_parabola,
     "long_way_on_a_sphere": lambda: (2 * pi - 4) ** 2,
@@ -714,6 +727,7 @@ OPTIMA = {
     "through_a_waypoint": lambda: 24,
     "thrust_off_in_eclipse": thrust_off_in_eclipse,
     "thrust_past_a_corner": thrust_past_a_corner,
+    "thrust_that_turns_past_its_bound": thrust_that_turns_past_its_bound,
     "thrust_up_at_the_end": lambda: 3 / 8 + 1 / pi**2,
     "trap_any_meridian": lambda: pi**2,
     "trap_any_way_around_a_ball": lambda: around_disc((-1, 0), (1, 0), 0.5) ** 2,
@@ -726,6 +740,7 @@ OPTIMA = {
     "trap_between_two_circles_with_a_budget": lambda: 1,
     "trap_boundary_at_its_bound": lambda: 2**2 - 2 * 2**2,
     "trap_constant_in_the_cost": lambda: 1e5 + least(lambda u: 2 * (u**2 - 1) ** 2 + 0.375 * (1 - u), 0.5, 1.5),
+    "trap_cost_from_half_way": cost_from_half_way,
     "trap_cost_that_turns_far_away": full_rate_beyond_the_crest,
     "trap_curvature_of_one_quadrant": lambda: 2 * (pi * sqrt(20) - 20),
     "trap_curvature_of_one_side": lambda: pi * sqrt(20) - 20,
@@ -752,6 +767,8 @@ OPTIMA = {
     "trap_parameter_at_its_bound": lambda: -1,
     "trap_periodic_rest": lambda: -0.25 * 4,
     "trap_rest_at_a_bound_of_the_end": lambda: 1 - 3,
+    "trap_reward_at_a_corner": lambda: -1 / 12,
+    "trap_reward_in_a_quarter": lambda: -1,
     "trap_ridge": lambda: -1 / 3,
     "trap_rival_beside_a_parked_state": lambda: 0,
     "trap_rival_under_wide_bounds": lambda: 1,

@@ -11,7 +11,7 @@ use apsides_ad::formula::{Binary, Operation, Unary};
 use apsides_ad::{AdError, Formula, FormulaBuilder, Value, formula_node};
 
 use crate::rewrite::rewrite;
-use crate::squares::{Root, Term, root, terms, vector_of_controls};
+use crate::squares::{Root, Summand, root, terms, vector_of_controls};
 use crate::{Bounds, PathConstraint, Phase, Variable};
 
 /// The sign of a value as the bounds of states and controls have it.
@@ -42,7 +42,7 @@ impl Cone {
         };
         let values = Values { phase, formula };
         let (mut vector, mut radius) = (Vec::new(), None);
-        for Term { value, is_added } in terms(formula, output)? {
+        for Summand { value, is_added } in terms(formula, output)? {
             let root = root(formula, value)?;
             match is_added == is_reversed {
                 false => vector.push(root),

@@ -61,7 +61,9 @@
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod accumulated;
+mod angles;
 mod bent;
+pub mod by_cosine;
 pub mod by_direction;
 pub mod by_parts;
 pub mod cones;
@@ -87,9 +89,11 @@ mod rewrite;
 pub mod scaling;
 mod squares;
 pub mod trajectory;
+pub mod turns;
 pub mod variable;
 pub mod without_kinks;
 
+pub use by_cosine::ByCosine;
 pub use by_direction::ByDirection;
 pub use by_parts::ByParts;
 pub use endpoint::{At, EndpointConstraint, EndpointInput};
@@ -106,5 +110,6 @@ pub use piecewise::{PiecewisePolynomial, Segment};
 pub use problem::{Objective, Ocp, OcpBuilder, Sense, Term};
 pub use scaling::{PhaseScaling, Scaling};
 pub use trajectory::{Contact, PhaseTrajectory, Trajectory};
+pub use turns::Turns;
 pub use variable::{Bounds, State, Variable, behind_number};
 pub use without_kinks::WithoutKinks;

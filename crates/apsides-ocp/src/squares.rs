@@ -24,19 +24,19 @@ impl Root {
 
 /// A term of a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Term {
+pub(crate) struct Summand {
     pub(crate) value: usize,
     pub(crate) is_added: bool,
 }
 
 /// The terms of which a value is the sum; none if an input of the formula is among them, or they are too many.
-pub(crate) fn terms(formula: &Formula, sum: usize) -> Option<Vec<Term>> {
+pub(crate) fn terms(formula: &Formula, sum: usize) -> Option<Vec<Summand>> {
     let mut terms = Vec::new();
-    let mut open = vec![Term { value: sum, is_added: true }];
+    let mut open = vec![Summand { value: sum, is_added: true }];
     while let Some(term) = open.pop() {
-        let Term { value, is_added } = term;
-        let added = |value| Term { value, is_added };
-        let taken = |value| Term { value, is_added: !is_added };
+        let Summand { value, is_added } = term;
+        let added = |value| Summand { value, is_added };
+        let taken = |value| Summand { value, is_added: !is_added };
         match operation(formula, value)? {
             Operation::Unary(Unary::Neg, a) => open.push(taken(a)),
             Operation::Binary(Binary::Add, a, b) => open.extend([added(a), added(b)]),

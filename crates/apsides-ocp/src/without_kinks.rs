@@ -1,12 +1,14 @@
-//! Problems whose magnitudes and lengths of controls are stated without kinks.
+//! Problems whose magnitudes, lengths and cosines of controls are stated without kinks, and with bounds that push.
 
 use crate::effective_controls::within_effect;
-use crate::{ByDirection, ByParts, Guess, Ocp, Trajectory};
+use crate::{ByCosine, ByDirection, ByParts, Guess, Ocp, Trajectory};
 
-/// A problem with controls within their effect, directions in place of vectors of controls, and parts in place of magnitudes.
+/// A problem with controls within their effect, cosines in place of angles, directions in place of vectors of controls, and parts in place of
+/// magnitudes.
 pub struct WithoutKinks {
     /// The problem without kinks.
     pub ocp: Ocp,
+    cosines: Option<ByCosine>,
     directions: Option<ByDirection>,
     parts: Option<ByParts>,
 }
@@ -16,17 +18,20 @@ impl WithoutKinks {
     #[must_use]
     pub fn of(ocp: &Ocp) -> Option<Self> {
         let within = within_effect(ocp);
-        let directions = ByDirection::of(within.as_ref().unwrap_or(ocp));
-        let posed = directions.as_ref().map(|d| &d.ocp).or(within.as_ref());
+        let cosines = ByCosine::of(within.as_ref().unwrap_or(ocp));
+        let posed = cosines.as_ref().map(|c| &c.ocp).or(within.as_ref());
+        let directions = ByDirection::of(posed.unwrap_or(ocp));
+        let posed = directions.as_ref().map(|d| &d.ocp).or(posed);
         let parts = ByParts::of(posed.unwrap_or(ocp));
         let ocp = parts.as_ref().map(|p| &p.ocp).or(posed)?.clone();
-        Some(Self { ocp, directions, parts })
+        Some(Self { ocp, cosines, directions, parts })
     }
 
     /// A guess of the problem as it was posed, as one of the problem without kinks.
     #[must_use]
     pub fn guess(&self, guess: &Guess) -> Guess {
-        let guess = self.directions.as_ref().map_or_else(|| guess.clone(), |d| d.guess(guess));
+        let guess = self.cosines.as_ref().map_or_else(|| guess.clone(), |c| c.guess(guess));
+        let guess = self.directions.as_ref().map_or_else(|| guess.clone(), |d| d.guess(&guess));
         self.parts.as_ref().map_or_else(|| guess.clone(), |p| p.guess(&guess))
     }
 
@@ -49,8 +54,12 @@ impl WithoutKinks {
             Some(parts) => parts.as_posed(trajectory),
             None => trajectory,
         };
-        match &self.directions {
+        let trajectory = match &self.directions {
             Some(directions) => directions.as_posed(&trajectory),
+            None => trajectory,
+        };
+        match &self.cosines {
+            Some(cosines) => cosines.as_posed(&trajectory),
             None => trajectory,
         }
     }

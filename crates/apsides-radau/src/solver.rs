@@ -6,7 +6,7 @@ use apsides_nlp::{Observer, SolveReport, Status};
 use apsides_ocp::effective_controls::{guess_within, within_effect};
 use apsides_ocp::explicit_time::starting_behind_jumps;
 use apsides_ocp::method::Counters;
-use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Trajectory, Unmet, WithoutKinks};
+use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Trajectory, Turns, Unmet, WithoutKinks};
 
 use crate::RadauError;
 use crate::redundant::Irredundant;
@@ -16,6 +16,9 @@ use crate::switches::Switch;
 
 /// Largest overlap of the parts of a magnitude of which a solution is one of the problem as it was posed.
 const OVERLAP: f64 = 1e-6;
+
+/// Meshes of a solve with angles that may turn on, beyond those of the one with angles that are stopped.
+const MORE_MESHES: usize = 3;
 
 /// The method: hp Legendre-Gauss-Radau collocation.
 #[derive(Clone, Debug, Default)]
@@ -108,6 +111,46 @@ impl Radau {
         observer: &mut dyn Observer,
     ) -> Result<RadauSolution, RadauError> {
         self.settings.check()?;
+        let solution = self.solve_between_bounds(ocp, guess, mesh, observer)?;
+        let stopped = Turns::of(ocp).filter(|turns| turns.are_stopped(&solution.trajectory));
+        let Some(turns) = stopped.filter(|_| may_go_on(solution.status)) else { return Ok(solution) };
+        self.turn_on(&turns, solution, observer)
+    }
+
+    /// Solves again from a solution with an angle at a bound past which it may turn on; the better one of the two.
+    fn turn_on(
+        &self,
+        turns: &Turns,
+        stopped: RadauSolution,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
+        let from = Guess::earlier(&stopped.trajectory);
+        let mesh = self.uniform_mesh(&turns.ocp)?;
+        // What takes many more meshes than the angle that is stopped is led astray by it.
+        let max_refinements = self.settings.max_refinements.min(stopped.meshes.len() + MORE_MESHES);
+        let few = Self { settings: RadauSettings { max_refinements, ..self.settings.clone() } };
+        let mut on = few.solve_between_bounds(&turns.ocp, &from, mesh, observer)?;
+        let sign = turns.ocp.objective.sense.sign();
+        let [of_on, of_stopped] = [&on, &stopped].map(|s| sign * s.trajectory.objective);
+        let is_better = on.status.is_success()
+            && (!stopped.status.is_success() || (on.accurate, -of_on) >= (stopped.accurate, -of_stopped));
+        if !is_better {
+            let meshes = stopped.meshes.into_iter().chain(on.meshes).collect();
+            return Ok(RadauSolution { meshes, ..stopped });
+        }
+        on.trajectory = turns.as_posed(&on.trajectory)?;
+        let meshes = stopped.meshes.into_iter().chain(on.meshes).collect();
+        Ok(RadauSolution { meshes, ..on })
+    }
+
+    /// Solves with the angles between their bounds.
+    fn solve_between_bounds(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: Mesh,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
         let behind = starting_behind_jumps(ocp, guess);
         let (ocp, guess) = behind.as_ref().map_or((ocp, guess), |(ocp, guess)| (ocp, guess));
         let within = within_effect(ocp);

@@ -69,6 +69,10 @@ fn claim_among(
     let Some(mut conditions) = optimality::phases(ocp, trajectory, scaling, Among::Constant(lengths)) else {
         return Err(None);
     };
+    if let Some(at) = conditions.iter_mut().find_map(second_order::jump_on_the_way) {
+        let why = "costates and integrals jump with the functions that the flight comes to a jump of";
+        return Err(Some(format!("nothing is known among {}: {why}, {at}", kind(trajectory))));
+    }
     let mut checks = optimality::checks(ocp, trajectory, scaling, settings, &mut conditions);
     if checks.iter().all(|c| c.passed) {
         checks.extend(second_order::conditions(ocp, trajectory, scaling, settings, &mut conditions).checks);

@@ -151,8 +151,14 @@ const SENTENCES: &[(CheckKind, &str, &str)] = {
         ),
         (
             Curvature,
-            "ridges of the objective",
-            "Where a magnitude, a least or a largest value in the objective has its kink, its slope may not fall: both sides would be better.",
+            "jump of the functions beside the flight",
+            "Where the flight rests at a value at which a rate or an integrand jumps, neither side may be better than the rest.",
+        ),
+        (
+            Curvature,
+            "ridges of functions of the ends",
+            "Where a magnitude, a sign, a least or a largest value at the ends has its kink or its jump, no side of it may be better than the \
+             point.",
         ),
         (
             Strictness,

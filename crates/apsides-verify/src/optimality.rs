@@ -18,6 +18,7 @@
 //! where a state is at its bound must have their sign), of duration bounds.
 
 mod branch_and_bound;
+mod cone;
 mod constant;
 mod contact;
 mod control_set;
@@ -216,6 +217,8 @@ pub(crate) struct PhaseConditions<'a> {
     pub(crate) touches: Vec<Touch>,
     /// The first jump of a costate where the equations of motion jump.
     pub(crate) jump: Option<costate::Jump>,
+    /// True if a function of the ends has a kink there with other second derivatives on its sides.
+    pub(crate) ends_hide_curvature: bool,
     /// Conditions at the contacts of the trajectory.
     impulses: Vec<contact::Impulse>,
     /// Indices among the ends of the control's pieces at which the equations jump or have a kink at a time.
@@ -290,6 +293,7 @@ impl<'a> PhaseConditions<'a> {
             control_scales: scaling.controls.clone(),
             touches: Vec::new(),
             jump: None,
+            ends_hide_curvature: false,
             impulses: Vec::new(),
             rates_of_instants: rates_of_instants(ocp, k, parameters, found.control.breaks(), &instants),
             instants,

@@ -41,6 +41,7 @@ use crate::{Check, CheckKind, VerifySettings};
 use activity::Space;
 pub(crate) use arcs::corners;
 use form::Form;
+pub(crate) use kinks::jump_on_the_way;
 
 /// Exponents of ten at which the amount of negative curvature is looked for.
 const DECADES: i32 = 3;
@@ -79,6 +80,16 @@ pub(crate) fn conditions(
     }
     if !ocp.constraints.is_empty() && trajectory.constraint_multipliers.is_none() {
         return not_tested("first order only: the trajectory has no multipliers of its endpoint constraints");
+    }
+    if let Some((fall, at)) = beside::jump(conditions) {
+        let name = "jump of the functions beside the flight";
+        let check = Check::new(name, CheckKind::Curvature, fall, settings.minimum_tolerance, "-", at);
+        return SecondOrder { checks: vec![check], remark: None };
+    }
+    if conditions.iter().any(|c| c.ends_hide_curvature) {
+        return not_tested(
+            "first order only: a function of the ends has a kink there with other second derivatives on its sides",
+        );
     }
     if let Some((c, jump)) = conditions.iter().find_map(|c| Some((c, c.jump?))) {
         let state = &c.equations.phase.states[jump.state].variable.name;

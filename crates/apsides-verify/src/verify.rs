@@ -1,6 +1,6 @@
 //! The verification of a trajectory: all checks in order.
 
-use apsides_ocp::{ByDirection, Guess, Ocp, PathEnds, PhaseTrajectory, Scaling, Trajectory};
+use apsides_ocp::{ByCosine, ByDirection, Guess, Ocp, PathEnds, PhaseTrajectory, Scaling, Trajectory};
 use apsides_ocp::{explicit_time, passed_features};
 
 use crate::boundary::Boundary;
@@ -37,8 +37,8 @@ pub fn verify(
 ) -> Result<Verification, VerifyError> {
     settings.check()?;
     shape::check(ocp, trajectory, &Guess::earlier(trajectory))?;
-    let convex = convexity::check(ocp);
-    let stated = trajectory;
+    let convex = convexity::check(ByCosine::of(ocp).as_ref().map_or(ocp, |c| &c.ocp));
+    let (posed, stated) = (ocp, trajectory);
     let divided = explicit_time::divided_trajectory(ocp, trajectory)?;
     let trajectory = divided.as_ref().unwrap_or(trajectory);
     let divided = passed_features::divided_trajectory(ocp, trajectory)?;
@@ -61,15 +61,18 @@ pub fn verify(
     }
     let feasible = checks.iter().all(|c| c.passed);
     let fine = at_state_nodes(trajectory);
-    let (optimality, mut remarks) = match ByDirection::of(ocp) {
-        // A length has no slope where the vector is nothing.
-        Some(by_direction) => {
-            let ocp = &by_direction.ocp;
-            let split = by_direction.with_directions(&fine);
-            optimum(ocp, &split, &Scaling::new(ocp, &Guess::earlier(&split)), &boundary, feasible)
-        }
-        None => optimum(ocp, &fine, &scaling, &boundary, feasible),
-    };
+    // A bound of an angle pushes nothing where its cosine is stationary.
+    let by_cosine = ByCosine::of(ocp);
+    let with_values = by_cosine.as_ref().map(|c| (&c.ocp, c.with_values(&fine)));
+    let (meant, of_meant) = with_values.as_ref().map_or((ocp, &fine), |(ocp, values)| (*ocp, values));
+    // A length has no slope where the vector is nothing.
+    let by_direction = ByDirection::of(meant);
+    let split = by_direction.as_ref().map(|d| (&d.ocp, d.with_directions(of_meant)));
+    let (smooth, of_smooth) = split.as_ref().map_or((meant, of_meant), |(ocp, split)| (*ocp, split));
+    let in_form = (by_cosine.is_some() || by_direction.is_some())
+        .then(|| Scaling::new(smooth, &Guess::earlier(of_smooth)));
+    let of_form = in_form.as_ref().unwrap_or(&scaling);
+    let (optimality, mut remarks) = optimum(smooth, of_smooth, of_form, &boundary, feasible);
     let is_extremal = feasible && !optimality.is_empty() && optimality.iter().all(|c| c.passed);
     checks.extend(optimality);
     if let Some(convex) = convex.filter(|_| is_extremal) {
@@ -78,7 +81,8 @@ pub fn verify(
     }
     let mut certificate = Certificate::new(checks).with_remarks(remarks);
     if certificate.verdict == Verdict::Feasible && constant_controls::has_only(stated) {
-        match constant_controls::claim(ocp, &at_state_nodes(stated), &scaling, settings) {
+        let scaling = Scaling::new(posed, &Guess::earlier(stated));
+        match constant_controls::claim(posed, &at_state_nodes(stated), &scaling, settings) {
             // Where another trajectory is better the best among constant controls is no answer.
             Ok(_) if certificate.names_something_better() => {}
             Ok(claim) => certificate = certificate.with_claim(Some(claim)),

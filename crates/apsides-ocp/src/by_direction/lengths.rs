@@ -4,7 +4,7 @@ use apsides_ad::Formula;
 use apsides_ad::formula::{Operation, Unary};
 
 use crate::cones::{Cone, by_lengths};
-use crate::squares::{Root, Term, root, terms, vector_of_controls};
+use crate::squares::{Root, Summand, root, terms, vector_of_controls};
 use crate::{PathConstraint, Phase};
 
 /// The functions of a phase as formulas: that of the equations of motion, those of the path constraints, those of the integrals.
@@ -136,7 +136,7 @@ impl<'a> Lengths<'a> {
 
     /// The controls of whose vector a value is the square, in their order; at least two.
     pub(super) fn square(&self, formula: &Formula, value: usize) -> Option<Vec<usize>> {
-        let of_square = |term: Term| root(formula, term.value).filter(|_| term.is_added);
+        let of_square = |term: Summand| root(formula, term.value).filter(|_| term.is_added);
         let roots: Vec<Root> = terms(formula, value)?.into_iter().map(of_square).collect::<Option<_>>()?;
         vector_of_controls(self.phase, &roots)
     }

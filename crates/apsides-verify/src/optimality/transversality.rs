@@ -34,15 +34,19 @@ pub(super) fn checks(
         cost,
         gradient,
         costate_size,
+        at_kinks: Vec::new(),
     };
     let mut checks = Vec::new();
+    let ridges = end_conditions.ridges(conditions);
+    let end_conditions = EndConditions { at_kinks: ridges.inputs, ..end_conditions };
     for (k, phase) in conditions.iter_mut().enumerate() {
         checks.extend(end_conditions.phase(k, phase));
     }
     checks.extend(end_conditions.parameters(conditions));
     checks.extend(end_conditions.multipliers());
     checks.extend(end_conditions.integral_multipliers(conditions));
-    checks.extend(ridges::check(ocp, &ends, &scales, settings));
+    checks.extend(ridges.check);
+    conditions.iter_mut().for_each(|c| c.ends_hide_curvature = ridges.hides_curvature);
     checks
 }
 
@@ -58,6 +62,8 @@ struct EndConditions<'a> {
     gradient: EndGradient,
     /// Largest costate times scale over all phases.
     costate_size: f64,
+    /// Quantities in which functions have kinks at the point: their conditions are those of [`ridges`].
+    at_kinks: Vec<EndpointInput>,
 }
 
 /// One condition `slope = 0`, or pushing against a bound.
@@ -95,6 +101,9 @@ impl EndConditions<'_> {
                 unknown += usize::from(!c.bounds.is_fixed());
                 continue;
             };
+            if self.at_kinks.contains(&c.input) {
+                continue;
+            }
             let residual = self.residual(&c, slope);
             let at = || format!("{}, phase `{}`", c.name, phase.name);
             worst.consider(residual, self.settings.transversality_tolerance, "-", at);
@@ -102,6 +111,28 @@ impl EndConditions<'_> {
         let remark = (unknown > 0)
             .then(|| format!("{unknown} conditions left out for want of endpoint constraint multipliers"));
         worst.into_check_with(format!("transversality at the ends of {}", phase.name), KIND, remark)
+    }
+
+    /// The conditions in the quantities in which functions of the ends have kinks at the point.
+    fn ridges(&self, conditions: &mut [PhaseConditions<'_>]) -> ridges::Ridges {
+        let mut inner = Vec::new();
+        for (k, phase) in conditions.iter_mut().enumerate() {
+            let mut all = self.state_conditions(k, &self.ocp.phases[k], phase);
+            if !self.is_duration_at_bound(k, &self.ocp.phases[k]) {
+                all.extend(self.time_conditions(k, &self.ocp.phases[k], phase));
+            }
+            inner.extend(all.into_iter().map(|c| (c.input, c.inner)));
+        }
+        let (slopes, _) = parameter_slopes(self.ocp.parameters.len(), conditions);
+        let parameters = slopes.into_iter().enumerate();
+        inner.extend(parameters.map(|(index, slope)| (EndpointInput::Parameter { index }, slope)));
+        let slope = |input: EndpointInput| {
+            let (_, inner) = inner.iter().find(|(of, _)| *of == input)?;
+            Some(inner + self.gradient.value(input)?)
+        };
+        let multipliers = self.trajectory.constraint_multipliers.as_ref();
+        let others = ridges::Others { slope: &slope, size: self.costate_size, multipliers };
+        ridges::look(self.ocp, self.ends, self.scales, self.settings, &others)
     }
 
     fn state_conditions(&self, k: usize, phase: &Phase, conditions: &PhaseConditions<'_>) -> Vec<Condition> {
@@ -207,6 +238,9 @@ impl EndConditions<'_> {
         for (i, p) in self.ocp.parameters.iter().enumerate() {
             let input = EndpointInput::Parameter { index: i };
             let Some(outer) = self.gradient.value(input) else { continue };
+            if self.at_kinks.contains(&input) {
+                continue;
+            }
             let (scale, cost) = (self.scales.scale(input), self.cost.value(input).unwrap_or(0.0));
             let size = (scale * sizes[i].max(cost.abs())).max(self.costate_size);
             let slope = relative((slopes[i] + outer) * scale, size);

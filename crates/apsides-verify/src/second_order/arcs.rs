@@ -6,6 +6,8 @@ use crate::optimality::PhaseConditions;
 
 /// A jump of a control above this part of the range it has along the phase is a corner.
 const JUMP: f64 = 0.02;
+/// Rates that differ by less, relative to themselves and to the scale of the state over the phase, are the same.
+const SAME_RATE: f64 = 1e-9;
 /// Ranges below this part of the scale of a control are none.
 const LEAST_RANGE: f64 = 1e-4;
 /// Least number of intervals of a phase.
@@ -51,17 +53,32 @@ pub(crate) fn corners(conditions: &mut PhaseConditions<'_>) -> Vec<f64> {
         .collect();
     let mut before = vec![0.0; nu];
     let mut corners = Vec::new();
+    let mut rates =
+        [(); 2].map(|()| vec![0.0; conditions.equations.nx + conditions.equations.phase.integrals.len()]);
     for k in (1..breaks.len() - 1).filter(|k| !conditions.instants.contains(k)).collect::<Vec<_>>() {
         conditions.evaluate_within_bounds(k - 1, breaks[k]);
         before.copy_from_slice(&conditions.point.u);
+        conditions.equations.rates(&mut rates[0]);
         conditions.evaluate_within_bounds(k, breaks[k]);
+        conditions.equations.rates(&mut rates[1]);
         let jumps =
             before.iter().zip(&conditions.point.u).zip(&ranges).any(|((a, b), r)| (a - b).abs() > JUMP * r);
-        if jumps {
+        if jumps && differ(conditions, &rates) {
             corners.push(breaks[k]);
         }
     }
     corners
+}
+
+/// True if rates of states or integrals differ: an angle that jumps by a full turn changes nothing.
+fn differ(conditions: &PhaseConditions<'_>, [before, after]: &[Vec<f64>; 2]) -> bool {
+    let scales = conditions.scaling.states.iter().chain(&conditions.scaling.integrals);
+    let duration = conditions.found.final_time - conditions.found.initial_time;
+    let mut all = before.iter().zip(after).zip(scales);
+    let is_same = |((a, b), scale): ((&f64, &f64), &f64)| {
+        (a - b).abs() * duration <= SAME_RATE * scale.max(duration * a.abs())
+    };
+    !all.all(is_same)
 }
 
 /// The corners, and the times at which the equations jump or have a kink, in increasing order.

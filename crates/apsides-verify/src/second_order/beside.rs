@@ -10,8 +10,10 @@
 //! The difference falls with the step where functions are smooth, to a tenth each time; here it keeps half of its amount. A flight that passes such
 //! a place is there for an instant, which changes nothing: it counts where the flight rests.
 
+use std::sync::Arc;
+
 use apsides_ad::formula::{Binary, Operation, Unary};
-use apsides_ad::formula_node;
+use apsides_ad::{NodeFunction, formula_node};
 use apsides_ocp::{Bounds, Ocp, Trajectory};
 
 use super::kinks;
@@ -19,6 +21,7 @@ use crate::ends::{EndScales, Ends, allowed};
 use crate::equations::sign;
 use crate::optimality::PhaseConditions;
 use crate::place::place;
+use crate::worst::relative;
 
 /// Steps, in the scales of the quantities.
 const STEPS: [f64; 3] = [1e-4, 1e-5, 1e-6];
@@ -28,6 +31,8 @@ const LASTING: f64 = 0.5;
 const NONE: [f64; 2] = [1e-3, 1e-6];
 /// Part of the sizes of the terms that is rounding in a difference over the shortest step.
 const ROUNDING: f64 = 1e-8;
+/// A fall of the Hamiltonian, relative to its size, that is none of rounding or of slopes.
+const EVIDENT: f64 = 1e-6;
 /// Instants of a phase that are looked at, and those in a row that make a rest.
 const INSTANTS: usize = 60;
 const AT_REST: usize = 3;
@@ -66,6 +71,63 @@ fn rest(conditions: &mut PhaseConditions<'_>) -> Option<String> {
         }
     }
     None
+}
+
+/// The largest fall of the Hamiltonian, relative to its size, that stays however short the way beside the flight is, and its place: the flight
+/// rests at the edge of what it would gain by. None where no formula has jumps, or the flight only passes one.
+pub(super) fn jump(conditions: &mut [PhaseConditions<'_>]) -> Option<(f64, String)> {
+    let of_phase = |conditions: &mut PhaseConditions<'_>| {
+        let phase = conditions.equations.phase;
+        let rates = std::iter::once(&phase.dynamics).chain(phase.integrals.iter().map(|q| &q.function));
+        let jumps = |f: &Arc<dyn NodeFunction>| {
+            f.formula().is_ok_and(|formula| formula.kinks().iter().any(|kink| kink.jumps))
+        };
+        if !rates.into_iter().any(jumps) {
+            return None;
+        }
+        let times = conditions.sample_times(1);
+        let stride = times.len().div_ceil(INSTANTS).max(1);
+        let (mut row, mut least) = (0, f64::INFINITY);
+        for (segment, time) in times.into_iter().step_by(stride) {
+            let fall = fall_at(conditions, segment, time);
+            (row, least) = if fall > 0.0 { (row + 1, least.min(fall)) } else { (0, f64::INFINITY) };
+            if row == AT_REST {
+                return Some((least, place(phase, time)));
+            }
+        }
+        None
+    };
+    conditions.iter_mut().filter_map(of_phase).max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// The fall of the Hamiltonian over the shortest way along the states, relative to its size; zero where it is less than over longer ways, as a
+/// slope makes it.
+fn fall_at(conditions: &mut PhaseConditions<'_>, segment: usize, time: f64) -> f64 {
+    let here = conditions.evaluate_within_bounds(segment, time).value;
+    let PhaseConditions { equations, point, scaling, hamiltonian_size, .. } = conditions;
+    let states = &equations.phase.states;
+    let mut x = point.x.clone();
+    let mut largest = 0.0_f64;
+    for direction in directions(states.len()) {
+        let mut falls = [0.0; STEPS.len()];
+        for (fall, h) in falls.iter_mut().zip(STEPS) {
+            for (i, state) in states.iter().enumerate() {
+                x[i] = point.x[i] + h * direction[i] * scaling.states[i];
+                if leaves(&state.variable.bounds, point.x[i], x[i]) {
+                    x[i] = point.x[i];
+                }
+            }
+            equations.set(point.time, &x, &point.u);
+            *fall = here - equations.hamiltonian(&point.costate);
+        }
+        let [far, .., near] = falls;
+        if near > LASTING * far.abs() {
+            largest = largest.max(near);
+        }
+    }
+    let size = hamiltonian_size.max(here.abs()).max(largest);
+    let fall = relative(largest, size);
+    if fall > EVIDENT { fall } else { 0.0 }
 }
 
 /// Says whether the functions of the phase are formulas whose second derivatives jump nowhere near the trajectory.

@@ -186,6 +186,20 @@ fn kinked_functions(conditions: &PhaseConditions<'_>) -> Vec<Kinked> {
     with_kinks.collect()
 }
 
+/// The place at which a phase comes to a jump of its functions, in words. There costates jump, which those of a program in constant controls do not.
+pub(crate) fn jump_on_the_way(conditions: &mut PhaseConditions<'_>) -> Option<String> {
+    kinked_functions(conditions).into_iter().find_map(|kinked| {
+        let samples = samples(conditions, &kinked);
+        let jumps = (0..kinked.kinks.len()).filter(|k| kinked.kinks[*k].jumps);
+        let mut found = jumps.filter_map(|k| {
+            let near = AT_KINK * samples.iter().fold(0.0, |m: f64, s| m.max(s.values[k].abs()));
+            let side = |s: &Arguments| if s.values[k].abs() <= near { 0 } else { s.values[k].signum() as i8 };
+            samples.windows(2).find(|w| side(&w[0]) == 0 || side(&w[0]) != side(&w[1])).map(|w| w[1].time)
+        });
+        found.next().map(|time| place(conditions.equations.phase, time))
+    })
+}
+
 /// The arguments and their rates along the phase.
 fn samples(conditions: &mut PhaseConditions<'_>, kinked: &Kinked) -> Vec<Arguments> {
     let times = conditions.sample_times(SAMPLES_PER_NODE);
