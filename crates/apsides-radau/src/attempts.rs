@@ -50,7 +50,7 @@ impl Radau {
                         let RadauSolution { status, meshes, warnings, .. } = *solution;
                         return Ok(solved.into_solution(status, None, meshes, warnings));
                     }
-                    if is_solved || !may_go_on(solution.status) {
+                    if is_solved || solution.adrift || !may_go_on(solution.status) {
                         return Ok(*solution);
                     }
                     // The bounds as they were posed may do better.

@@ -443,6 +443,7 @@ impl<'a> MeshSequence<'a> {
         let plain = without_arcs(plain);
         let points = total_points(&self.attempt.mesh);
         let stalled = self.progress.has_stalled(estimate.error, trajectory.objective, points) && !accurate;
+        let adrift = self.settings.bent_starts > 0 && self.progress.is_adrift() && self.takes_longer();
         let error = if is_blind { f64::INFINITY } else { estimate.error };
         let beyond = estimate.beyond;
         let has_its_arcs = found.has_arcs_found;
@@ -456,6 +457,7 @@ impl<'a> MeshSequence<'a> {
             within,
             has_its_arcs,
             stalled,
+            adrift,
             plain,
         };
         if self.is_repeated {
@@ -464,6 +466,7 @@ impl<'a> MeshSequence<'a> {
             return Ok(ControlFlow::Continue(()));
         }
         if stalled
+            || adrift
             || (finished && !wants_costates)
             || self.is_out_of_meshes()
             || total_points(&next) > settings.max_total_points
@@ -501,6 +504,13 @@ impl<'a> MeshSequence<'a> {
             self.costates.foresee(ocp, scaling, settings, trajectory)?;
         }
         Ok(CostateRemedy::Nothing)
+    }
+
+    /// True if the last mesh took more iterations than the first one of the attempt: a flight that meshes come closer to takes fewer and fewer.
+    fn takes_longer(&self) -> bool {
+        let own = &self.attempt.meshes[self.attempt.spent.min(self.attempt.meshes.len())..];
+        let [first, last] = [own.first(), own.last()].map(|m| m.map_or(0, |m| m.counters.iterations));
+        last > first
     }
 
     /// True if nothing is left but the accuracy of the costates.

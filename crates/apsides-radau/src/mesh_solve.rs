@@ -66,6 +66,7 @@ impl MeshSolve {
             status: self.status(),
             accurate: self.is_accurate(settings) && self.is_in_bounds(settings),
             stalled: false,
+            adrift: false,
             meshes: vec![record],
             unmet: None,
             warnings: Vec::new(),

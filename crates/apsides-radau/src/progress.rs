@@ -16,6 +16,10 @@ const CLOSE: f64 = 100.0;
 /// Change of the objective, relative to its size where that is above one, by which a mesh still finds another solution.
 const SAME: f64 = 1e-6;
 
+/// Meshes after which an error that was never below this is that of a flight that no mesh will carry.
+const MESHES_ADRIFT: usize = 4;
+const ADRIFT: f64 = 0.1;
+
 /// Errors, objectives and sizes of the meshes so far.
 pub(crate) struct Progress {
     least_error: f64,
@@ -23,11 +27,12 @@ pub(crate) struct Progress {
     points: usize,
     objective: f64,
     without_gain: usize,
+    meshes: usize,
 }
 
 impl Progress {
     pub(crate) fn new() -> Self {
-        Self { least_error: f64::INFINITY, points: 0, objective: f64::NAN, without_gain: 0 }
+        Self { least_error: f64::INFINITY, points: 0, objective: f64::NAN, without_gain: 0, meshes: 0 }
     }
 
     /// True if the last mesh gained nothing, and the least error so far is close to the tolerance, but above it.
@@ -36,8 +41,15 @@ impl Progress {
         self.without_gain > 0 && excess > 1.0 && excess <= CLOSE
     }
 
+    /// True if no mesh so far carries its flight at all. A coarse one has flights of its own, such as one that passes a centre of attraction
+    /// unharmed, and each refinement follows it farther away.
+    pub(crate) fn is_adrift(&self) -> bool {
+        self.meshes >= MESHES_ADRIFT && self.least_error >= ADRIFT
+    }
+
     /// Takes another mesh; true if the last ones have many more points, no less error and the same objective.
     pub(crate) fn has_stalled(&mut self, error: f64, objective: f64, points: usize) -> bool {
+        self.meshes += 1;
         let moved = (objective - self.objective).abs() > SAME * objective.abs().max(1.0);
         let better = error < GAIN * self.least_error;
         self.without_gain = if better || moved { 0 } else { self.without_gain + 1 };
@@ -73,6 +85,20 @@ mod tests {
         assert!(!progress.hangs_above(1e-10), "far from it");
         progress.has_stalled(1e-7, 1.0, 80);
         assert!(!progress.hangs_above(1e-8), "a gain");
+    }
+
+    #[test]
+    fn large_errors_on_all_of_the_first_meshes_are_those_of_a_flight_adrift() {
+        let adrift = |errors: &[f64]| {
+            let mut progress = Progress::new();
+            errors.iter().for_each(|error| {
+                progress.has_stalled(*error, 1.0, 40);
+            });
+            progress.is_adrift()
+        };
+        assert!(
+            adrift(&[0.4, 0.7, 0.2, 0.3]) && !adrift(&[0.4, 0.7, 0.2]) && !adrift(&[0.4, 0.7, 0.05, 0.3])
+        );
     }
 
     #[test]

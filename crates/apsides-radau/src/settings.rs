@@ -28,6 +28,9 @@ pub struct RadauSettings {
     pub switches: bool,
     /// Most refinements of the first mesh; 0 switches refinement off; 19.
     pub max_refinements: usize,
+    /// Guesses bent to either side ([`Guess::bent`](apsides_ocp::Guess::bent)) from which a solve begins anew where its first meshes do not come to
+    /// carry the flight that it follows; 0 switches them off; 3.
+    pub bent_starts: usize,
     /// Points of an interval that comes from a division; 3.
     pub min_points: usize,
     /// Most points per interval before it is divided; 14.
@@ -54,6 +57,7 @@ impl Default for RadauSettings {
             costate_tolerance: 2e-6,
             switches: true,
             max_refinements: 19,
+            bent_starts: 3,
             min_points: 3,
             max_points: 14,
             max_parts: 4,
@@ -91,6 +95,7 @@ impl RadauSettings {
             ("intervals", self.intervals, 1, 1_000_000),
             ("points", self.points, 1, MAX_POINTS),
             ("max_refinements", self.max_refinements, 0, 999),
+            ("bent_starts", self.bent_starts, 0, 999),
             ("min_points", self.min_points, 1, self.max_points.min(MAX_POINTS)),
             ("max_points", self.max_points, 1, MAX_POINTS),
             ("max_parts", self.max_parts, 2, 1000),
@@ -98,7 +103,7 @@ impl RadauSettings {
         ];
         for (name, value, least, most) in counts {
             if value < least || value > most {
-                let allowed = "a whole number from 1 (parts: 2, refinements: 0) to 60 points, 999 refinements, 1000 parts, 1024 threads or 1000000 intervals";
+                let allowed = "a whole number from 1 (parts: 2, refinements, bent starts: 0) to 60 points, 999 refinements and bent starts, 1000 parts, 1024 threads or 1000000 intervals";
                 return Err(RadauError::Setting { name, value: value as f64, allowed });
             }
         }

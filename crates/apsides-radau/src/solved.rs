@@ -26,6 +26,8 @@ pub(crate) struct Solved {
     /// True if the mesh has the arcs that its solution shows.
     pub(crate) has_its_arcs: bool,
     pub(crate) stalled: bool,
+    /// True if no mesh came to carry the flight.
+    pub(crate) adrift: bool,
     /// The next mesh without any breaks, should those of the next one lead nowhere.
     pub(crate) plain: Mesh,
 }
@@ -33,7 +35,7 @@ pub(crate) struct Solved {
 impl Solved {
     /// The solution of a solve that was not followed up.
     pub(crate) fn first(trajectory: Trajectory, report: SolveReport, mesh: Mesh) -> Self {
-        let (accurate, within, has_its_arcs, stalled) = (false, false, false, false);
+        let (accurate, within, has_its_arcs, stalled, adrift) = (false, false, false, false, false);
         let (error, beyond) = (f64::INFINITY, f64::INFINITY);
         let switches = Vec::new();
         Self {
@@ -46,6 +48,7 @@ impl Solved {
             within,
             has_its_arcs,
             stalled,
+            adrift,
             plain: mesh,
         }
     }
@@ -72,8 +75,19 @@ impl Solved {
         meshes: Vec<MeshRecord>,
         warnings: Vec<ScaleWarning>,
     ) -> RadauSolution {
-        let Self { trajectory, report, switches, accurate, stalled, .. } = self;
-        RadauSolution { trajectory, status, accurate, stalled, meshes, unmet, warnings, switches, report }
+        let Self { trajectory, report, switches, accurate, stalled, adrift, .. } = self;
+        RadauSolution {
+            trajectory,
+            status,
+            accurate,
+            stalled,
+            adrift,
+            meshes,
+            unmet,
+            warnings,
+            switches,
+            report,
+        }
     }
 }
 

@@ -67,6 +67,8 @@ pub struct RadauSolution {
     pub accurate: bool,
     /// True if refinement ended because the last meshes gained nothing.
     pub stalled: bool,
+    /// True if refinement ended because no mesh came to carry the flight that the guess leads to.
+    pub adrift: bool,
     /// Every mesh.
     pub meshes: Vec<MeshRecord>,
     /// The constraint that could not be met, when the last solve did not succeed.
@@ -111,7 +113,7 @@ impl Radau {
         observer: &mut dyn Observer,
     ) -> Result<RadauSolution, RadauError> {
         self.settings.check()?;
-        let solution = self.solve_between_bounds(ocp, guess, mesh, observer)?;
+        let solution = self.solve_from_bent_guesses(ocp, guess, mesh, observer)?;
         let stopped = Turns::of(ocp).filter(|turns| turns.are_stopped(&solution.trajectory));
         let Some(turns) = stopped.filter(|_| may_go_on(solution.status)) else { return Ok(solution) };
         self.turn_on(&turns, solution, observer)
@@ -129,7 +131,7 @@ impl Radau {
         // What takes many more meshes than the angle that is stopped is led astray by it.
         let max_refinements = self.settings.max_refinements.min(stopped.meshes.len() + MORE_MESHES);
         let few = Self { settings: RadauSettings { max_refinements, ..self.settings.clone() } };
-        let mut on = few.solve_between_bounds(&turns.ocp, &from, mesh, observer)?;
+        let mut on = few.solve_from_bent_guesses(&turns.ocp, &from, mesh, observer)?;
         let sign = turns.ocp.objective.sense.sign();
         let [of_on, of_stopped] = [&on, &stopped].map(|s| sign * s.trajectory.objective);
         let is_better = on.status.is_success()
@@ -141,6 +143,33 @@ impl Radau {
         on.trajectory = turns.as_posed(&on.trajectory)?;
         let meshes = stopped.meshes.into_iter().chain(on.meshes).collect();
         Ok(RadauSolution { meshes, ..on })
+    }
+
+    /// Solves with the angles between their bounds, from bent guesses where no mesh carries the flight that the guess leads to.
+    fn solve_from_bent_guesses(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: Mesh,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
+        let most = self.settings.bent_starts;
+        // From the last start refinement goes on whatever the error is.
+        let solve = |number: usize, observer: &mut dyn Observer| {
+            let settings = RadauSettings { bent_starts: most - number, ..self.settings.clone() };
+            let start = if number == 0 { guess.clone() } else { guess.bent(ocp, number) };
+            Self { settings }.solve_between_bounds(ocp, &start, mesh.clone(), observer)
+        };
+        let mut solution = solve(0, observer)?;
+        for number in 1..=most {
+            if !solution.adrift {
+                break;
+            }
+            let next = solve(number, observer)?;
+            let meshes = solution.meshes.into_iter().chain(next.meshes).collect();
+            solution = RadauSolution { meshes, ..next };
+        }
+        Ok(solution)
     }
 
     /// Solves with the angles between their bounds.
