@@ -702,6 +702,7 @@ OPTIMA = {
     "ratio_of_integrals_from_zero": lambda: 3 / 4 + sqrt(3) / 2,
     "refraction_with_an_if": lambda: least(lambda s: hypot(s, 1) + hypot(2 - s, 1) / 0.5, 0, 2),
     "rendezvous_by_least_effort": lambda: gramian(hill(), [[0, 0], [0, 0], [1, 0], [0, 1]], 2400, [-800, -3000, 0.5, 1.2], [0, 0, 0, 0]),
+    "rest_beside_a_reward_for_the_end": lambda: 0,
     "saturated_actuator": lambda: 2,
     "saturated_by_conditions": lambda: 2,
     "saturated_without_bounds": lambda: 2,

@@ -25,6 +25,8 @@ const DEPENDENT: f64 = 1e-3;
 
 /// Part of another size below which a size is none.
 const NOTHING: f64 = 1e-9;
+/// Part of the second derivatives below which a Hamiltonian is one of rest, whose least size is rounding of the objective.
+const AT_REST: f64 = 1e-8;
 /// Part of the Hamiltonian below which the second derivatives have a size of their own.
 const LITTLE: f64 = 1e-3;
 
@@ -282,7 +284,7 @@ impl Form {
         let largest = phases.iter().flat_map(|p| &p.intervals).map(density).fold(0.0, f64::max);
         // Large terms without curvature, or next to no Hamiltonian, say nothing about the size of the second variation.
         let is_curved = largest > NOTHING * by_rate;
-        let size = if (is_curved && largest < LITTLE * by_rate) || by_rate <= NOTHING * largest {
+        let size = if (is_curved && largest < LITTLE * by_rate) || by_rate <= AT_REST * largest {
             let factor = if by_rate > 0.0 { largest / by_rate } else { 0.0 };
             phases.iter_mut().for_each(|p| p.share *= factor);
             largest
