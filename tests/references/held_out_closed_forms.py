@@ -649,6 +649,7 @@ OPTIMA = {
     "fit_of_logistic_growth": fit_of_logistic_growth,
     "fit_that_is_exact": lambda: 0,
     "floor_between_falling_and_rising": lambda: 4 / (9 * 0.1) / 2,
+    "floor_to_the_end": lambda: 0.5**2 / (2 * 0.7),
     "floor_with_a_far_ceiling": lambda: 4 / 9 / 0.08,
     "free_initial_time": lambda: 0.25,
     "free_start_linear_quadratic": lambda: 0.5,

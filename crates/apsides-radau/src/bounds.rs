@@ -32,6 +32,9 @@ pub(crate) fn set_variables(p: &CollocationPhase, start: &PhaseStart<'_>, limits
             }
         }
     }
+    for (s, value) in states_held_at_end(p, start) {
+        limits.set(p.state_column(last) + s, Bounds::fixed(value));
+    }
     for c in p.mesh.crossings() {
         match phase.kinks[c.kink] {
             Kink::State { state, value } => {
@@ -45,6 +48,44 @@ pub(crate) fn set_variables(p: &CollocationPhase, start: &PhaseStart<'_>, limits
             }
         }
     }
+}
+
+/// The states that a row holds along the last arc, with their values at the end of the phase, which is no collocation point: nothing else holds
+/// them there, and the control would end in an oscillation that costs nothing at the points.
+fn states_held_at_end(p: &CollocationPhase, start: &PhaseStart<'_>) -> Vec<(usize, f64)> {
+    let PhaseStart { phase, point, parameters, .. } = *start;
+    let (Some(last), end) = (p.mesh.arcs().last(), p.nodes.len()) else { return Vec::new() };
+    // What costs or bends by the control itself does not oscillate.
+    let is_control = |c: &usize| (p.states..p.states + p.controls).contains(c);
+    let bends = |(a, b): &(usize, usize)| is_control(a) && is_control(b);
+    if phase.functions().any(|f| f.pattern().hessian.iter().any(bends)) {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    let mut first = 0;
+    for path in &phase.path {
+        let f = path.function.as_ref();
+        let (pattern, mut z) = (f.pattern(), vec![0.0; f.inputs()]);
+        let (mut values, mut entries) = (vec![0.0; f.outputs()], vec![0.0; pattern.jacobian_len()]);
+        let time = z.len() - 1;
+        z[..p.states].copy_from_slice(&point[p.state_column(end)..][..p.states]);
+        z[p.states + p.controls..time].copy_from_slice(&parameters[..time - p.states - p.controls]);
+        f.jacobian(&z, &mut values, &mut entries);
+        for (k, row) in path.rows.iter().enumerate() {
+            let places = pattern.row_offsets[k]..pattern.row_offsets[k + 1];
+            let [state] = pattern.columns[places.clone()] else { continue };
+            let is_line = state < p.states && !pattern.hessian.contains(&(state, state));
+            let (Some(bound), slope) = (held(&last.rows, first + k, &row.bounds), entries[places.start])
+            else {
+                continue;
+            };
+            if is_line && slope != 0.0 && !phase.states[state].terminal.is_fixed() {
+                found.push((state, z[state] + (bound - values[k]) / slope));
+            }
+        }
+        first += path.rows.len();
+    }
+    found
 }
 
 /// Sets the bounds of path constraints and of the durations of arcs.
