@@ -58,9 +58,6 @@ const WORSE: f64 = 10.0;
 const FAR: f64 = 1e-3;
 const FAR_BEYOND_ERROR: f64 = 100.0;
 
-/// A gain of the objective, relative, in units of the error of its mesh, from which on it is that of another solution.
-const BEYOND_ERROR: f64 = 1e2;
-
 /// Factor on the tolerance of a solve where the error hangs above that of the mesh: where bounds are hardly worth anything, what the barrier
 /// leaves of controls beside them is an error that no mesh lowers.
 const MORE_EXACT: f64 = 0.1;
@@ -552,23 +549,7 @@ impl<'a> MeshSequence<'a> {
     }
 
     fn ending(&mut self, solved: Solved, status: Status, unmet: Option<Unmet>) -> Ending {
-        let falls_short = may_go_on(status) && !(solved.accurate && status.is_success());
-        let gains = |before: &Solved| {
-            status.is_success()
-                && is_lower(self.ocp, solved.trajectory.objective, before.trajectory.objective)
-        };
-        let gain = |before: &Solved| {
-            let [own, other] = [&solved, before].map(|s| s.trajectory.objective);
-            (own - other).abs() / own.abs().max(other.abs())
-        };
-        let is_better = |before: &Solved| {
-            if falls_short {
-                let is_other = gains(before) && gain(before) > BEYOND_ERROR * solved.error;
-                !is_other && (before.accurate && !gains(before) || before.error < solved.error)
-            } else {
-                before.is_preferred_to(&solved, self.ocp)
-            }
-        };
+        let is_better = |before: &Solved| solved.is_left_for(before, status, self.ocp);
         let before = self.before_failure.take();
         let (solved, status, unmet) = match before.filter(is_better) {
             Some(before) => {

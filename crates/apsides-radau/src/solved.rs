@@ -4,11 +4,13 @@ use apsides_nlp::{SolveReport, Status};
 use apsides_ocp::{Mesh, Ocp, Trajectory, Unmet};
 
 use crate::scales::ScaleWarning;
-use crate::solver::{MeshRecord, RadauSolution};
+use crate::solver::{MeshRecord, RadauSolution, may_go_on};
 use crate::switches::Switch;
 
 /// Least fall of the objective that counts, relative.
 const LEAST_FALL: f64 = 1e-10;
+/// A gain of the objective, relative, in units of the error of its mesh, from which on it is that of another solution.
+const BEYOND_ERROR: f64 = 1e2;
 
 /// A mesh that was solved.
 #[derive(Clone)]
@@ -66,6 +68,18 @@ impl Solved {
         }
         let is_solved = is_exact || self.report.status == later.report.status;
         is_solved && !later.has_its_arcs && is_lower(ocp, own, other)
+    }
+
+    /// True if one before, accurate or with a smaller error, is the better answer of a sequence of meshes that ended with this one and a status.
+    pub(crate) fn is_left_for(&self, before: &Self, status: Status, ocp: &Ocp) -> bool {
+        if !may_go_on(status) || self.accurate && status.is_success() {
+            return before.is_preferred_to(self, ocp);
+        }
+        let [own, other] = [self, before].map(|s| s.trajectory.objective);
+        let gains = status.is_success() && is_lower(ocp, own, other);
+        let gain = (own - other).abs() / own.abs().max(other.abs());
+        let is_another = gains && gain > BEYOND_ERROR * self.error;
+        !is_another && (before.accurate && !gains || before.error < self.error)
     }
 
     pub(crate) fn into_solution(
@@ -133,5 +147,10 @@ mod tests {
         for (accurate, within) in [(false, true), (true, false)] {
             assert!(!Solved { accurate, within, ..exact.clone() }.is_preferred_to(&later, ocp));
         }
+        // What fell short of its tolerance is left for what did not, unless it found a better solution.
+        let short = |objective, error| Solved { accurate: false, error, ..solved(Optimal, true, objective) };
+        assert!(short(12.0, 1e-8).is_left_for(&exact, Optimal, ocp));
+        assert!(!short(11.9, 1e-8).is_left_for(&Solved { error: 1e-12, ..exact.clone() }, Optimal, ocp));
+        assert!(short(11.9, 1e-3).is_left_for(&Solved { error: 1e-12, ..exact.clone() }, Optimal, ocp));
     }
 }
