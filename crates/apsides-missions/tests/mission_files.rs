@@ -204,7 +204,7 @@ fn splines_that_cannot_land_are_refused() {
 fn files_that_are_no_missions() {
     assert_eq!(
         refused(""),
-        "file `x.toml`: `mission` is missing, allowed is one of `lunar-direct`, `lunar-perilune`, `lunar-two-phase`, `lunar-transfer`, `geo-injection`, `capsule-reentry`, `chang-e-3-braking`, `chang-e-3`, `moving-mass-cross`, `moving-mass-radial`"
+        "file `x.toml`: `mission` is missing, allowed is one of `lunar-direct`, `lunar-perilune`, `lunar-two-phase`, `lunar-transfer`, `geo-injection`, `capsule-reentry`, `chang-e-3-braking`, `chang-e-3`, `moving-mass-cross`, `moving-mass-radial`; other files begin with `kind = \"problem\"`"
     );
     assert!(refused("mission = 3").contains("line 1: `mission` is 3"));
     assert!(refused("mission = \"mars\"").contains("no mission is named `mars`; known: `lunar-direct`"));

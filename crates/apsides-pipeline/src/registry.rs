@@ -287,7 +287,11 @@ impl Registry {
             allowed: format!("one of {}", self.names()),
         };
         let Some(position) = stated.iter().position(|e| e.path == "mission") else {
-            return Err(refused(source, "missing".into()));
+            let words =
+                self.of_files.iter().map(|k| format!("; other files begin with `kind = \"{}\"`", k.word));
+            let allowed = format!("one of {}{}", self.names(), words.collect::<String>());
+            let (place, key, found) = (source.into(), "mission".into(), "missing".into());
+            return Err(Error::Value { place, key, found, allowed });
         };
         let header = stated.remove(position);
         let Value::Word(name) = header.value else {

@@ -331,7 +331,8 @@ fn refuse<R: Recorder>(compiler: &mut Compiler<'_, R>, model: &Model) {
             let name = &c.name;
             let reason = format!(
                 "`{name}` is a control, which may jump at any time and has no value at an end: limit its rate, \
-                 `controls.{name} = {{ rate = [least, most] }}`, or bound it by a path constraint"
+                 `controls.{name} = {{ rate = [least, most] }}`, or bound it by a path constraint; what it costs along the way is \
+                 an integral, `integrals.NAME = \"a formula\"` of the phase, which the objective names"
             );
             for written in [name.clone(), format!("end.{name}"), format!("start.{name}")] {
                 compiler.refuse(&format!("{}.{written}", phase.name), &reason);

@@ -44,7 +44,7 @@ pub enum ProblemError {
         allowed: String,
     },
     /// A mistake in a formula.
-    #[error("{at}: {source}{}", at.caret())]
+    #[error("{at}: {source}{}{}", units(source), at.caret())]
     Formula {
         /// The place.
         at: Box<Place>,
@@ -93,6 +93,16 @@ pub enum ProblemError {
         /// The mistake.
         source: OcpError,
     },
+}
+
+/// The way out where a formula has no unit: one unit anywhere in a file has all of its formulas checked.
+fn units(source: &ExpressionError) -> &'static str {
+    match source {
+        ExpressionError::Dimension { reason, .. } if reason.contains("no unit") => {
+            "; one unit in a file has all formulas checked: give each quantity its own, or state `check_units = false` at the top of the file"
+        }
+        _ => "",
+    }
 }
 
 fn list(missing: &[Missing]) -> String {

@@ -211,6 +211,7 @@ fn each_sort_of_mistake_says_what_to_do() {
             "the argument of `sin` is a number or an angle, this is m",
         ),
         ("h = \"v*sin(pitch)\"", "h = \"m\"", "the rate of `h` has the unit m/s, this is kg"),
+        ("h = \"v*sin(pitch)\"", "h = \"sin(pitch)\"", "state `check_units = false` at the top of the file"),
         ("h = \"v*sin(pitch)\"", "g = \"v*sin(pitch)\"", "the rate of `h` in phase `ascent`"),
         ("isp = \"320 s\"", "isp = \"320 secs\"", "no unit is named `secs`"),
         ("isp = \"320 s\"", "isp = \"320*2\"", "what follows from others stands in [definitions]"),
@@ -250,7 +251,7 @@ fn each_sort_of_mistake_says_what_to_do() {
         (
             "ascent.end.m >= 600 [kg]",
             "ascent.end.throttle >= 0.5",
-            "`throttle` is a control, which may jump at any time and has no value at an end: limit its rate",
+            "an integral, `integrals.NAME = \"a formula\"` of the phase, which the objective names",
         ),
         (
             "throttle = [0, 1]",
