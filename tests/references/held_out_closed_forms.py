@@ -619,6 +619,7 @@ OPTIMA = {
     "brake_stronger_than_push": lambda: 1.2 * sqrt(2 * 4 / 1.2),
     "car_to_a_pose": lambda: dubins(4.0, 3.0, 2.0),
     "car_turns_round": lambda: dubins(0.0, 0.0, pi),
+    "ceiling_by_an_exponential": lambda: 4 / (9 * 0.1),
     "ceiling_kept_to_the_end": lambda: 4 - acosh(2) + 2 * sqrt(3),
     "ceiling_touched_twice": ceiling_touched_twice,
     "chain_between_unequal_ends": lambda: chain(1.0, 0.4, 1.6),

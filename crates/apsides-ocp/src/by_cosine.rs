@@ -47,10 +47,13 @@ impl ByCosine {
     /// The problem with cosines; none where no control occurs in one cosine or sine alone.
     #[must_use]
     pub fn of(ocp: &Ocp) -> Option<Self> {
+        let found: Vec<Vec<Option<Cosine>>> = ocp.phases.iter().map(of_controls).collect();
+        if found.iter().flatten().all(Option::is_none) {
+            return None;
+        }
         let mut by_cosine = ocp.clone();
         let mut cosines = Vec::new();
-        for phase in &mut by_cosine.phases {
-            let found = of_controls(phase);
+        for (phase, found) in by_cosine.phases.iter_mut().zip(found) {
             let split = found.iter().any(Option::is_some).then(|| with_values(phase, &found)).flatten();
             cosines.push(match split {
                 Some(split) => {
@@ -182,6 +185,11 @@ impl Cosine {
 /// Per control of a phase, the cosine that all its functions have of it, and nothing else.
 fn of_controls(phase: &Phase) -> Vec<Option<Cosine>> {
     let none = vec![None; phase.controls.len()];
+    let is_between =
+        |control: &Variable| control.bounds.lower.is_finite() && control.bounds.upper.is_finite();
+    if !phase.controls.iter().any(is_between) {
+        return none;
+    }
     let Ok(formulas) = phase.functions().map(|f| f.formula()).collect::<Result<Vec<_>, _>>() else {
         return none;
     };
@@ -195,9 +203,7 @@ fn of_controls(phase: &Phase) -> Vec<Option<Cosine>> {
                 }
             }
         }
-        let bounds = control.bounds;
-        let is_between = bounds.lower.is_finite() && bounds.upper.is_finite();
-        one.filter(|_| is_between).and_then(|angle| Cosine::new(angle, bounds))
+        one.filter(|_| is_between(control)).and_then(|angle| Cosine::new(angle, control.bounds))
     };
     phase.controls.iter().enumerate().map(of_control).collect()
 }

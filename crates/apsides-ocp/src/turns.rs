@@ -40,11 +40,11 @@ impl Turns {
     /// The problem with wider bounds; none where no angle has a full turn.
     #[must_use]
     pub fn of(ocp: &Ocp) -> Option<Self> {
-        let mut wider = ocp.clone();
         let angles: Vec<Vec<Option<Angle>>> = ocp.phases.iter().map(of_controls).collect();
         if angles.iter().flatten().all(Option::is_none) {
             return None;
         }
+        let mut wider = ocp.clone();
         for (phase, angles) in wider.phases.iter_mut().zip(&angles) {
             for (control, angle) in phase.controls.iter_mut().zip(angles) {
                 if let Some(Angle { turn, bounds }) = angle {
