@@ -126,9 +126,9 @@ impl Cosine {
         if !(is_stationary(least) || largest >= PI * (first + 1.0) - ROUNDING) {
             return None;
         }
-        // Between multiples of pi, of which angles from zero on come first: one of the first three has all values.
-        let parts = [0.0, 1.0, 2.0].map(|k| {
-            let turn = PI * (first + k);
+        // Between multiples of pi: one of the first three has all values, angles from zero on where they have.
+        let parts = [0.0, first, first + 1.0, first + 2.0].map(|multiple| {
+            let turn = PI * multiple;
             [least.max(turn), largest.min(turn + PI)]
         });
         let values = |[a, b]: [f64; 2]| [a.cos().min(b.cos()), a.cos().max(b.cos())];
@@ -144,8 +144,7 @@ impl Cosine {
             let [least, largest] = values(**part);
             is_part(part) && least <= lower + ROUNDING && largest >= upper - ROUNDING
         };
-        let from_zero = parts.iter().find(|p| has_all(p) && p[0] >= -ROUNDING);
-        let part = from_zero.or_else(|| parts.iter().find(has_all))?;
+        let part = parts.iter().find(has_all)?;
         let turn = PI * ((part[0] + ROUNDING) / PI).floor();
         let controls = part.map(|angle| bounds.clamp((angle - offset) / slope));
         let bounds = Bounds::new(controls[0].min(controls[1]), controls[0].max(controls[1]));
@@ -235,4 +234,23 @@ fn with_values(phase: &Phase, found: &[Option<Cosine>]) -> Option<Phase> {
         *function = formula_node(b.formula(&outputs).ok()?);
     }
     Some(split)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_are_those_from_zero_on_where_they_are_allowed() {
+        let of_degrees = [PI / 180.0, 0.0];
+        let angle = |lower: f64, upper: f64| {
+            Cosine::new(of_degrees, Bounds::new(lower, upper)).map(|cosine| cosine.angle(0.5))
+        };
+        let cases =
+            [(-1000.0, 1000.0, 60.0), (-180.0, 180.0, 60.0), (-90.0, 0.0, -60.0), (200.0, 560.0, 420.0)];
+        for (lower, upper, expected) in cases {
+            assert!(angle(lower, upper).is_some_and(|a| (a - expected).abs() < ROUNDING), "{lower} {upper}");
+        }
+        assert_eq!(angle(10.0, 170.0), None);
+    }
 }

@@ -12,7 +12,7 @@
 use std::f64::consts::TAU;
 
 use crate::angles::{ROUNDING, angles};
-use crate::{Bounds, Ocp, OcpError, Phase, PhaseTrajectory, Trajectory};
+use crate::{Bounds, Ocp, OcpError, Phase, PhaseTrajectory, Trajectory, Variable};
 
 /// Distance from a bound, relative to a turn, that a barrier leaves.
 const AT_BOUND: f64 = 1e-6;
@@ -162,6 +162,10 @@ fn back_between_bounds(phase: &mut PhaseTrajectory, angles: &[Option<Angle>]) {
 
 /// Per control of a phase, the full turn of what has cosines and sines of it alone, if its bounds leave that.
 fn of_controls(phase: &Phase) -> Vec<Option<Angle>> {
+    let is_between = |control: &Variable| (control.bounds.upper - control.bounds.lower).is_finite();
+    if !phase.controls.iter().any(is_between) {
+        return vec![None; phase.controls.len()];
+    }
     let formulas = phase.functions().map(|f| f.formula()).collect::<Result<Vec<_>, _>>();
     let turn = |control: usize| {
         let mut found: Vec<[f64; 2]> = Vec::new();
@@ -179,10 +183,7 @@ fn of_controls(phase: &Phase) -> Vec<Option<Angle>> {
     let controls = phase.controls.iter().enumerate();
     let angle = controls.map(|(j, control)| {
         let Bounds { lower, upper } = control.bounds;
-        if !(upper - lower).is_finite() {
-            return None;
-        }
-        let turn = turn(j)?;
+        let turn = turn(j).filter(|_| is_between(control))?;
         (upper - lower >= (1.0 - ROUNDING) * turn).then_some(Angle { turn, bounds: control.bounds })
     });
     angle.collect()

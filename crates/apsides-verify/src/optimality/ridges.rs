@@ -55,11 +55,10 @@ pub(super) struct Others<'a> {
     pub(super) slope: &'a dyn Fn(EndpointInput) -> Option<f64>,
     /// The size against which slopes, times the scale of their quantities, are held.
     pub(super) size: f64,
-    pub(super) multipliers: Option<&'a Vec<Vec<f64>>>,
 }
 
 /// A function with kinks that are met at the point.
-struct KinkedEnd {
+pub(super) struct KinkedEnd {
     function: Arc<dyn NodeFunction>,
     inputs: Vec<EndpointInput>,
     /// Weight of each output in cost and multipliers times constraints.
@@ -91,15 +90,15 @@ struct Cell {
     has_curvature_of_point: bool,
 }
 
-/// Looks at all cells around the point; nothing where no function has a kink there.
+/// Looks at all cells around the point that functions with kinks make.
 pub(super) fn look(
     ocp: &Ocp,
     ends: &Ends,
     scales: &EndScales<'_>,
     settings: &VerifySettings,
+    kinked: Vec<KinkedEnd>,
     others: &Others<'_>,
 ) -> Ridges {
-    let kinked = kinked(ocp, ends, scales, others.multipliers);
     let mut inputs: Vec<EndpointInput> = Vec::new();
     for input in kinked.iter().flat_map(|k| &k.inputs) {
         let is_free = !allowed(ocp, *input).is_fixed() && (others.slope)(*input).is_some();
@@ -112,6 +111,10 @@ pub(super) fn look(
     }
     let around = Around::new(ocp, ends, scales, settings, kinked, inputs);
     let cells = around.cells();
+    if cells.is_empty() {
+        // The conditions stay those of the derivatives at the point, and say nothing of the sides that were not seen.
+        return Ridges { hides_curvature: true, ..Ridges::default() };
+    }
     let rest = around.rest(others);
     let here = around.beside(&DVector::zeros(around.inputs.len()), 0.0).value;
     let mut worst = Worst::default();
@@ -139,7 +142,7 @@ pub(super) fn look(
 }
 
 /// The functions of the objective, and those of constraints with multipliers, with kinks that are met.
-fn kinked(
+pub(super) fn kinked(
     ocp: &Ocp,
     ends: &Ends,
     scales: &EndScales<'_>,

@@ -39,8 +39,8 @@ impl PhaseConditions<'_> {
     }
 
     /// A path multiplier is zero inside the bounds, positive at the upper, negative at the lower one. That of a row without controls is the second or a
-    /// higher derivative of what holds it, by a method, and has the rounding of such: it counts by what it makes of the costates over an interval,
-    /// where that is less.
+    /// higher derivative of what holds it, by a method, and has the rounding of such: it counts by what it makes of the costates along the
+    /// phase, where that is less.
     pub(super) fn path_multipliers(&mut self, settings: &VerifySettings) -> Option<Check> {
         if self.found.path_multipliers.is_none() && self.impulses.is_empty() {
             return None;
@@ -56,8 +56,8 @@ impl PhaseConditions<'_> {
             let residuals: Vec<f64> = self.nodes.iter().map(residual).collect();
             let is_wrong = residuals.iter().any(|v| is_worse(*v, settings.stationarity_tolerance));
             let driven = if is_wrong { self.driven_costates(r, &residuals) } else { None };
-            for (k, (node, residual)) in self.nodes.iter().zip(&residuals).enumerate() {
-                let residual = driven.as_ref().map_or(*residual, |driven| residual.min(driven[k]));
+            for (node, residual) in self.nodes.iter().zip(&residuals) {
+                let residual = driven.map_or(*residual, |driven| residual.min(driven));
                 let at = || format!("{}, {}", row.name, place(phase, node.time));
                 worst.consider(residual, settings.stationarity_tolerance, "-", at);
             }
@@ -66,12 +66,12 @@ impl PhaseConditions<'_> {
         worst.into_check(format!("signs of the path multipliers of {}", phase.name), KIND)
     }
 
-    /// The change of costates, relative to the largest, over the interval of each node, by what the multipliers of a row have of the wrong sign; none
-    /// where controls enter the row.
-    fn driven_costates(&mut self, row: usize, residuals: &[f64]) -> Option<Vec<f64>> {
+    /// The change of costates, relative to the largest, along the phase by what the multipliers of a row have of the wrong sign; none where controls
+    /// enter the row.
+    fn driven_costates(&mut self, row: usize, residuals: &[f64]) -> Option<f64> {
         let (nx, nu) = (self.equations.nx, self.equations.nu);
         let breaks = self.found.control.breaks();
-        let mut sums = vec![0.0; breaks.len() - 1];
+        let mut sum = 0.0;
         let mut gradient = vec![0.0; self.equations.width()];
         for k in 0..self.nodes.len() {
             let (segment, time) = (self.nodes[k].segment, self.nodes[k].time);
@@ -89,9 +89,9 @@ impl PhaseConditions<'_> {
             let in_scales = |(g, scale): (&f64, &f64)| (g * scale).abs();
             let slope = gradient[..nx].iter().zip(&self.scaling.states).map(in_scales).fold(0.0, f64::max);
             let multiplier = residuals[k] * self.slope_size / self.row_scales[row];
-            sums[segment] += relative(multiplier * share * slope, self.costate_size);
+            sum += relative(multiplier * share * slope, self.costate_size);
         }
-        Some(self.nodes.iter().map(|node| sums[node.segment]).collect())
+        Some(sum)
     }
 
     /// `dH/dt = partial L/partial t`: deviation from its mean of the Hamiltonian less what explicit time adds to it since the start.

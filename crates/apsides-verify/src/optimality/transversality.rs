@@ -115,6 +115,11 @@ impl EndConditions<'_> {
 
     /// The conditions in the quantities in which functions of the ends have kinks at the point.
     fn ridges(&self, conditions: &mut [PhaseConditions<'_>]) -> ridges::Ridges {
+        let multipliers = self.trajectory.constraint_multipliers.as_ref();
+        let kinked = ridges::kinked(self.ocp, self.ends, self.scales, multipliers);
+        if kinked.is_empty() {
+            return ridges::Ridges::default();
+        }
         let mut inner = Vec::new();
         for (k, phase) in conditions.iter_mut().enumerate() {
             let mut all = self.state_conditions(k, &self.ocp.phases[k], phase);
@@ -130,9 +135,8 @@ impl EndConditions<'_> {
             let (_, inner) = inner.iter().find(|(of, _)| *of == input)?;
             Some(inner + self.gradient.value(input)?)
         };
-        let multipliers = self.trajectory.constraint_multipliers.as_ref();
-        let others = ridges::Others { slope: &slope, size: self.costate_size, multipliers };
-        ridges::look(self.ocp, self.ends, self.scales, self.settings, &others)
+        let others = ridges::Others { slope: &slope, size: self.costate_size };
+        ridges::look(self.ocp, self.ends, self.scales, self.settings, kinked, &others)
     }
 
     fn state_conditions(&self, k: usize, phase: &Phase, conditions: &PhaseConditions<'_>) -> Vec<Condition> {
