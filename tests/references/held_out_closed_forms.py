@@ -64,6 +64,17 @@ def thrust_that_turns_past_its_bound():
     return 2 / k * asinh(k / 2)
 
 
+def plane_change_by_two_impulses():
+    """Half an ellipse between the nodes: the first impulse turns a part of the inclination, the second one the rest."""
+    mu, r1, r2, inclination = 398600.4418e9, 6678e3, 42164e3, np.radians(28.5)
+    a = (r1 + r2) / 2
+    v1, v2 = sqrt(mu / r1), sqrt(mu / r2)
+    perigee, apogee = sqrt(mu * (2 / r1 - 1 / a)), sqrt(mu * (2 / r2 - 1 / a))
+    turned = lambda v, w, angle: sqrt(v**2 + w**2 - 2 * v * w * cos(angle))
+    total = lambda part: turned(v1, perigee, part) + turned(v2, apogee, inclination - part)
+    return minimize_scalar(total, bounds=(0, inclination), method="bounded", options={"xatol": 1e-12}).fun
+
+
 def cost_from_half_way():
     """Half of the way in t, the other half, which costs by the time, in the rest."""
     return minimize_scalar(lambda t: 0.25 / t + 0.25 / (1 - t) + 1 - t, bounds=(0.1, 0.9), method="bounded", options={"xatol": 1e-12}).fun
@@ -696,6 +707,7 @@ OPTIMA = {
     "oscillator_three_switches": lambda: oscillator(-5.0, 1.0),
     "oscillator_with_limited_speed": oscillator_speed_limit,
     "parameter_in_a_one_sided_range": lambda: 4,
+    "plane_change_by_two_impulses": plane_change_by_two_impulses,
     "product_of_integrals_of_two_phases": lambda: 1 / 2 + 1 / 16,
     "pulse_of_a_disturbance": lambda: effort_against(lambda t: 50 * exp(-(((t - 0.377) / 0.002) ** 2)), np.linspace(0.361, 0.393, 9)),
     "quadruple_integrator": lambda: 384 ** (1 / 4),
@@ -732,6 +744,7 @@ OPTIMA = {
     "thrust_past_a_corner": thrust_past_a_corner,
     "thrust_that_turns_past_its_bound": thrust_that_turns_past_its_bound,
     "thrust_up_at_the_end": lambda: 3 / 8 + 1 / pi**2,
+    "touch_of_the_ground": lambda: 50**2 / 20 * (2 + 6 * (1 - 4 * 200 / (50 * 20)) ** 2),
     "trap_any_meridian": lambda: pi**2,
     "trap_any_way_around_a_ball": lambda: around_disc((-1, 0), (1, 0), 0.5) ** 2,
     "trap_any_phase_of_an_oscillation": lambda: 0,

@@ -2,6 +2,8 @@
 
 mod controls;
 mod flight;
+mod moving;
+mod starts;
 mod stationary;
 
 use crate::{Bounds, Ocp, OcpError, Phase, PhaseTrajectory, Trajectory, linkage};
@@ -165,6 +167,30 @@ impl PhaseGuess {
         Self { profile: Profile::Samples { fractions, states, controls }, ..self.clone() }
     }
 
+    /// Changes the states of each sample, by number and fraction, given its controls; an earlier trajectory stays.
+    pub(crate) fn change_samples(&mut self, mut change: impl FnMut(usize, f64, &mut [f64], &[f64])) {
+        if let Profile::Samples { fractions, states, controls } = &mut self.profile {
+            for (k, ((fraction, x), u)) in fractions.iter().zip(states).zip(controls).enumerate() {
+                change(k, *fraction, x, u);
+            }
+        }
+    }
+
+    /// The slopes of the states over the fraction at each sample, inside the mean of those of both sides; none of an earlier trajectory.
+    pub(crate) fn slopes(&self) -> Vec<Vec<f64>> {
+        let Profile::Samples { fractions, states, .. } = &self.profile else { return Vec::new() };
+        let parts: Vec<Vec<f64>> = fractions
+            .windows(2)
+            .zip(states.windows(2))
+            .map(|(f, x)| x[0].iter().zip(&x[1]).map(|(a, b)| (b - a) / (f[1] - f[0])).collect())
+            .collect();
+        let at = |k: usize| {
+            let (before, after) = (&parts[k.saturating_sub(1)], &parts[k.min(parts.len() - 1)]);
+            before.iter().zip(after).map(|(a, b)| 0.5 * (a + b)).collect()
+        };
+        (0..fractions.len()).map(at).collect()
+    }
+
     /// At least so many intervals with the samples among their ends, of so many states, to which `extend` adds, and controls.
     pub(crate) fn refined(
         &self,
@@ -232,8 +258,8 @@ pub struct Guess {
 
 impl Guess {
     /// Straight lines between what the bounds allow, with the constant controls that follow them best. Where nothing bounds a
-    /// final time it is the one for which they do, if that makes a difference. A state without ends of its own, and not between two bounds,
-    /// stays at what its phase takes over from an earlier one.
+    /// final time it is the one for which they do, if that makes a difference. A state without ends of its own stays at what its
+    /// phase takes over from an earlier one.
     #[must_use]
     pub fn linear(ocp: &Ocp) -> Self {
         let parameters: Vec<f64> = ocp.parameters.iter().map(|p| p.bounds.representative()).collect();
@@ -242,8 +268,7 @@ impl Guess {
             let (times, mut ends) = PhaseGuess::straight(phase);
             for (k, (state, source)) in phase.states.iter().zip(sources).enumerate() {
                 let bounds = state.variable.bounds;
-                let is_open = !(bounds.lower.is_finite() && bounds.upper.is_finite());
-                let Some(source) = source.filter(|_| is_open && state.has_free_ends()) else { continue };
+                let Some(source) = source.filter(|_| state.has_free_ends()) else { continue };
                 let mut from = vec![0.0; ocp.phases[source.phase].states.len()];
                 phases[source.phase].state(1.0, &mut from);
                 let value = bounds.clamp(from[source.state] + source.offset);

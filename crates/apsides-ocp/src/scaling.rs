@@ -230,19 +230,36 @@ fn enlarge(largest: &mut [f64], values: &[f64]) {
     }
 }
 
-/// The [`size`] of each, where guesses that are rounding beside others count as zero.
+/// The size of each, where guesses that are rounding beside others count as zero, and a quantity of which nothing is known has the largest
+/// size with its unit, if it has one: what starts and ends in a plane of motion may leave it as far as the motion in it goes.
 fn sizes(variables: &[&Variable], guesses: &[f64]) -> Vec<f64> {
     let pairs = || variables.iter().zip(guesses);
     let largest = |unit: &str| pairs().filter(|(v, _)| v.unit == unit).map(|(_, g)| *g).fold(0.0, f64::max);
     let beside = |v: &Variable, g: f64| if g < NOTHING_BESIDE * largest(&v.unit) { 0.0 } else { g };
-    pairs().map(|(v, &g)| size(v, beside(v, g))).collect()
+    let known: Vec<Option<f64>> = pairs().map(|(v, &g)| known_size(v, beside(v, g))).collect();
+    let with_unit = |unit: &str| {
+        let same = variables.iter().zip(&known).filter(|(v, _)| v.unit == unit && !is_number(unit));
+        same.filter_map(|(_, size)| *size).reduce(f64::max)
+    };
+    let size = |(v, size): (&&Variable, &Option<f64>)| size.or_else(|| with_unit(&v.unit)).unwrap_or(1.0);
+    variables.iter().zip(&known).map(size).collect()
 }
 
-/// Stated scale, else that from two bounds, else the guess, else the only bound; one if all are zero or infinite.
+/// True for the units of plain numbers, which need not be of one kind.
+fn is_number(unit: &str) -> bool {
+    ["", "-", "1"].contains(&unit)
+}
+
+/// The [`known_size`]; one if there is none.
 fn size(variable: &Variable, guess: f64) -> f64 {
+    known_size(variable, guess).unwrap_or(1.0)
+}
+
+/// Stated scale, else that from two bounds, else the guess, else the only bound; none if all are zero or infinite.
+fn known_size(variable: &Variable, guess: f64) -> Option<f64> {
     let usable = |s: &f64| *s > ROUNDING && s.is_finite();
     let within = variable.size_within_bounds(guess);
-    variable.scale.or(within).or(Some(guess).filter(usable)).or(variable.size()).unwrap_or(1.0)
+    variable.scale.or(within).or(Some(guess).filter(usable)).or(variable.size())
 }
 
 /// Stated scale, else that from the bounds, else the larger finite bound, else the given change; one if all are zero or infinite.

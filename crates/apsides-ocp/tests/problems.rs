@@ -181,6 +181,63 @@ fn a_guess_is_in_motion_where_nothing_is_asked_that_it_misses() {
     assert!(misses.into_iter().all(|x| pushed(x).0), "the highest point is 2/3 m");
 }
 
+/// The states of a guess at a part of its first phase.
+fn states_at(guess: &Guess, fraction: f64) -> [f64; 2] {
+    let mut x = [0.0; 2];
+    guess.phases[0].state(fraction, &mut x);
+    x
+}
+
+/// A free velocity moves what the guess has moving, 4 m in 5 s; one that is stated, has an end or bounds stays, and where nothing moves it is
+/// left alone.
+#[test]
+fn free_states_move_the_others() {
+    let moved = |x: State, v: State, is_stated: bool| {
+        let ocp = problem(cart("go").states([x, v])).build().unwrap();
+        states_at(&Guess::linear(&ocp).with_free_states_moving(&ocp, |_, s| is_stated && s == 1), 0.5)[1]
+    };
+    let (x, v) = (State::new("x", "m").starts_at(0.0).ends_at(4.0), State::new("v", "m/s"));
+    assert!((moved(x.clone(), v.clone(), false) - 0.8).abs() < ROUNDING);
+    assert_eq!(moved(x.clone(), v.clone(), true), 0.0);
+    assert_eq!(moved(x.clone(), v.clone().within(-1.0, 1.0), false), 0.0);
+    assert_eq!(moved(x, v.clone().starts_at(3.0), false), 3.0);
+    assert_eq!(moved(State::new("x", "m").starts_at(2.0).ends_at(2.0), v, false), 0.0);
+}
+
+/// The free velocity at the start takes what a constraint of the start asks for, within its bounds, and all along where nothing is asked at
+/// its end; a constraint that takes the end as well is left to the solver, as is one that nothing free stands in.
+#[test]
+fn starts_meet_what_is_asked_of_them_alone() {
+    let met = |v: State, second: At<'_>, sum: f64| {
+        let phase = cart("go").states([State::new("x", "m").starts_at(1.0), v]);
+        let row = Variable::new("sum", "m").equal_to(sum);
+        let inputs = [At::InitialState("go", "x"), second];
+        let ocp = problem(phase).constrain("sum", [row], inputs, Sum).build().unwrap();
+        let guess = Guess::linear(&ocp).with_starts_that_meet(&ocp);
+        [states_at(&guess, 0.0)[1], states_at(&guess, 1.0)[1]]
+    };
+    let v = State::new("v", "m/s");
+    let start = At::InitialState("go", "v");
+    assert_eq!(met(v.clone(), start.clone(), 8.0), [7.0, 7.0]);
+    assert_eq!(met(v.clone().ends_at(0.0), start.clone(), 8.0), [7.0, 0.0]);
+    assert_eq!(met(v.clone().within(-4.0, 4.0), start.clone(), 8.0), [4.0, 4.0]);
+    assert_eq!(met(v.clone().starts_at(3.0), start.clone(), 8.0), [3.0, 3.0]);
+    assert_eq!(met(v.clone(), At::FinalState("go", "v"), 8.0), [0.0, 0.0]);
+    assert_eq!(met(v, start, 1.0), [0.0, 0.0]);
+}
+
+/// A quantity of which nothing is known has the size of what has its unit; plain numbers need not be of one kind.
+#[test]
+fn unknown_sizes_are_those_of_the_same_unit() {
+    let sizes = |unit: &str| {
+        let states = [State::new("x", unit).starts_at(300.0).ends_at(0.0), State::new("y", unit)];
+        let ocp = problem(cart("go").states(states)).build().unwrap();
+        Scaling::new(&ocp, &Guess::linear(&ocp)).phases[0].states.clone()
+    };
+    assert_eq!(sizes("m"), [300.0, 300.0]);
+    assert_eq!(sizes("-"), [300.0, 1.0]);
+}
+
 /// A bent guess keeps its fixed ends and moves the free ones, keeps to the bounds, is the same each time and another one for another number.
 #[test]
 fn a_bent_guess_has_no_symmetry() {

@@ -27,6 +27,7 @@ pub(crate) fn guess(amounts: &mut Amounts<'_>, tables: &[Table], ocp: &Ocp) -> R
             guess.parameters[k] = stated;
         }
     }
+    guess = guess.with_starts_that_meet(ocp);
     if model.guess.is_empty() {
         guess = guess.in_motion(ocp);
     }
@@ -46,7 +47,13 @@ pub(crate) fn guess(amounts: &mut Amounts<'_>, tables: &[Table], ocp: &Ocp) -> R
         let usual = &guess.phases[phase];
         guess.phases[phase] = of_phase(amounts, tables, &model.phases[phase], stated, usual)?;
     }
-    let guess = guess.with_accumulated(ocp);
+    let stated = |phase: usize, state: usize| {
+        let Phase { name, states, .. } = &model.phases[phase];
+        let name_of_state = states.get(state).map(|s| &s.name);
+        let own = model.guess.iter().filter(|g| g.phase.as_ref().is_none_or(|of| of == name));
+        own.flat_map(|g| &g.profiles).any(|(of, _, _)| Some(of) == name_of_state)
+    };
+    let guess = guess.with_free_states_moving(ocp, stated).with_accumulated(ocp);
     guess.check(ocp).map_err(|source| ProblemError::Problem { file: amounts.source.name.clone(), source })?;
     Ok(guess)
 }

@@ -5,11 +5,11 @@
 //! of time is the switching function `dH/du`, so that its sign confirms the bound.
 
 use apsides_nlp::{Nlp, SolveReport};
-use apsides_ocp::{ArcKind, Bounds, Phase, PhaseTrajectory, Variable};
+use apsides_ocp::{ArcKind, Bounds, PhaseTrajectory, Variable};
 
 use crate::bounds::LEAST_ARC;
-use crate::junction::order;
 use crate::layout::CollocationPhase;
+use crate::quantity::{Quantity, QuantityKind};
 use crate::transcription::Transcription;
 
 /// Most nodes between opposite bounds that are one switch and no arc of its own.
@@ -73,48 +73,6 @@ impl Class {
     }
 }
 
-/// Index of a control, of a path constraint row or of a state.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum QuantityKind {
-    Control(usize),
-    Row(usize),
-    State(usize),
-}
-
-impl QuantityKind {
-    /// Says whether a control is the quantity or stands in its row.
-    pub(crate) fn is_moved_by(self, phase: &Phase, control: usize) -> bool {
-        let stands_in = |row: usize| {
-            let mut first = 0;
-            phase.path.iter().any(|path| {
-                let own = row.checked_sub(first).filter(|k| *k < path.rows.len());
-                first += path.rows.len();
-                let pattern = path.function.pattern();
-                own.is_some_and(|k| {
-                    let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
-                    columns.contains(&(phase.states.len() + control))
-                })
-            })
-        };
-        match self {
-            Self::Control(c) => c == control,
-            Self::Row(row) => stands_in(row),
-            Self::State(_) => false,
-        }
-    }
-}
-
-/// A control or path constraint row with bounds between which it can move.
-pub(crate) struct Quantity<'a> {
-    pub(crate) kind: QuantityKind,
-    pub(crate) variable: &'a Variable,
-    pub(crate) range: f64,
-    /// True for a control that the Hamiltonian is linear in.
-    pub(crate) affine: bool,
-    /// For a row without controls whose arcs along its bounds have junctions, the controls that hold it there; else none.
-    pub(crate) held_by: Vec<(usize, &'a Variable)>,
-}
-
 /// A quantity at a node.
 #[derive(Clone, Copy)]
 pub(crate) struct NodeSample {
@@ -165,64 +123,6 @@ pub(crate) struct Solution<'a> {
     pub(crate) objective: f64,
 }
 
-/// The quantities that can switch: controls, path constraint rows with controls, and rows without that can have arcs along their bounds;
-/// all with bounds, and not fixed.
-pub(crate) fn quantities(phase: &Phase) -> Vec<Quantity<'_>> {
-    let controls = phase.controls.iter().enumerate().map(|(c, v)| (QuantityKind::Control(c), v));
-    let others = controls.chain(rows(phase, true)).filter_map(|(kind, v)| Quantity::new(kind, v));
-    // Without a control in it a row cannot jump.
-    let boundary = rows_without_controls(phase).into_iter().filter_map(|q| {
-        let QuantityKind::Row(row) = q.kind else { return None };
-        Some(q.held_by(phase, order(phase, row)?.controls))
-    });
-    others.chain(boundary).collect()
-}
-
-/// Path constraint rows without controls that have bounds and are not fixed.
-pub(crate) fn rows_without_controls(phase: &Phase) -> Vec<Quantity<'_>> {
-    rows(phase, false).filter_map(|(kind, v)| Quantity::new(kind, v)).collect()
-}
-
-/// Path constraint rows with a control in them that are fixed.
-pub(crate) fn equalities(phase: &Phase) -> impl Iterator<Item = QuantityKind> {
-    rows(phase, true).filter(|(_, v)| v.bounds.is_fixed()).map(|(kind, _)| kind)
-}
-
-impl<'a> Quantity<'a> {
-    /// A quantity with bounds between which it can move.
-    pub(crate) fn new(kind: QuantityKind, variable: &'a Variable) -> Option<Self> {
-        let bounds = variable.bounds;
-        let width = bounds.upper - bounds.lower;
-        let range = if width.is_finite() { width } else { variable.size().unwrap_or(1.0) };
-        let usable = bounds != Bounds::FREE && !bounds.is_fixed();
-        let held_by = Vec::new();
-        usable.then_some(Self { kind, variable, range, affine: false, held_by })
-    }
-
-    /// As one without controls that some of these hold along arcs at its bounds.
-    pub(crate) fn held_by(self, phase: &'a Phase, controls: Vec<usize>) -> Self {
-        Self { held_by: controls.into_iter().map(|c| (c, &phase.controls[c])).collect(), ..self }
-    }
-
-    /// Says whether it is a row without controls that can have arcs along its bounds.
-    pub(crate) fn is_boundary(&self) -> bool {
-        !self.held_by.is_empty()
-    }
-}
-
-/// Path constraint rows with or without a control in them.
-fn rows(phase: &Phase, with_control: bool) -> impl Iterator<Item = (QuantityKind, &Variable)> {
-    let first = phase.states.len();
-    let controls = first..first + phase.controls.len();
-    let all = phase.path.iter().flat_map(|path| path.rows.iter().enumerate().map(move |(k, v)| (path, k, v)));
-    all.enumerate().filter_map(move |(index, (path, k, v))| {
-        let pattern = path.function.pattern();
-        let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
-        let has_control = columns.iter().any(|c| controls.contains(c));
-        (has_control == with_control).then_some((QuantityKind::Row(index), v))
-    })
-}
-
 /// Diagonal of the Hessian of the Lagrangian.
 pub(crate) fn curvatures(nlp: &mut Transcription, report: &SolveReport) -> Vec<f64> {
     let pattern = nlp.hessian_pattern();
@@ -248,6 +148,7 @@ pub(crate) fn samples(
     let report = solution.report;
     let duration = t.final_time - t.initial_time;
     let Bounds { lower, upper } = q.variable.bounds;
+    let range = q.range(p, report);
     let mut samples: Vec<NodeSample> = Vec::new();
     let mut bends = Vec::new();
     let collapsed: Vec<bool> =
@@ -259,26 +160,27 @@ pub(crate) fn samples(
         }
         let seconds = n.weight * p.arc_duration(arc, &report.x);
         let holds = &p.mesh.arcs()[arc];
-        let (value, multiplier, hold) = match q.kind {
+        let value = q.value(p, node, report);
+        let (multiplier, hold) = match q.kind {
             QuantityKind::Control(c) => {
                 let column = p.control_column(node) + c;
                 let multiplier = report.lower_multipliers[column] - report.upper_multipliers[column];
-                bends.push(solution.curvatures[column] * q.range.powi(2) / seconds);
-                (report.x[column], multiplier, holds.controls.get(c))
+                bends.push(solution.curvatures[column] * range.powi(2) / seconds);
+                (multiplier, holds.controls.get(c))
             }
             QuantityKind::Row(r) => {
                 let row = p.path_row(node) + r;
                 let is_left_out = p.is_beside_junction(node, r);
                 let hold = if is_left_out { Some(&Some(ArcKind::Free)) } else { holds.rows.get(r) };
                 let bend = solution.row_bends.get(row).filter(|b| !b.is_nan()).copied().unwrap_or(0.0);
-                bends.push(bend * q.range.powi(2) / seconds);
-                (report.constraint_values[row], -report.constraint_multipliers[row], hold)
+                bends.push(bend * range.powi(2) / seconds);
+                (-report.constraint_multipliers[row], hold)
             }
             // The multiplier there is that of the start of the phase.
             QuantityKind::State(_) if node == 0 => continue,
             QuantityKind::State(s) => {
                 let column = p.state_column(node) + s;
-                (report.x[column], report.lower_multipliers[column] - report.upper_multipliers[column], None)
+                (report.lower_multipliers[column] - report.upper_multipliers[column], None)
             }
         };
         samples.push(NodeSample {
@@ -286,9 +188,9 @@ pub(crate) fn samples(
             fraction: (p.time(node, &report.x) - t.initial_time) / (t.final_time - t.initial_time),
             width: seconds / duration,
             interval: n.interval,
-            above_lower: (value - lower) / q.range,
-            below_upper: (upper - value) / q.range,
-            slope: multiplier * q.range / seconds,
+            above_lower: (value - lower) / range,
+            below_upper: (upper - value) / range,
+            slope: multiplier * range / seconds,
             is_concave: false,
             class: Class::Between,
             course: hold.copied().flatten(),

@@ -2,9 +2,8 @@
 
 use apsides_ocp::{ArcKind, PhaseMesh};
 
-use crate::activity::{
-    COLLAPSED, CROSSING, Class, NEAR, NodeSample, OSCILLATION, Quantity, QuantityKind, Run,
-};
+use crate::activity::{COLLAPSED, CROSSING, Class, NEAR, NodeSample, OSCILLATION, Run};
+use crate::quantity::{Quantity, QuantityKind};
 
 /// Breaks of different quantities closer than this part of the phase are one.
 const SAME: f64 = 1e-4;

@@ -12,13 +12,11 @@ use apsides_ocp::{
 };
 
 use crate::RadauError;
-use crate::activity::{
-    APART, COLLAPSED, CROSSING, Class, NodeSample, Quantity, QuantityKind, Solution, rows_without_controls,
-    samples,
-};
+use crate::activity::{APART, COLLAPSED, CROSSING, Class, NodeSample, Solution, samples};
 use crate::breaks::Touch;
 use crate::junction::{depends_on_time, order};
 use crate::layout::CollocationPhase;
+use crate::quantity::{Quantity, QuantityKind, rows_without_controls};
 use crate::settings::RadauSettings;
 use crate::switches::Structure;
 use crate::transcription::Transcription;
@@ -144,11 +142,11 @@ impl Contacts {
             Solution { report, curvatures: &[], row_bends: &[], objective: nlp.scales.objective.abs() };
         for (k, (phase, t)) in ocp.phases.iter().zip(&trajectory.phases).enumerate() {
             for q in rows_without_controls(phase) {
-                let Some(course) = RowCourse::new(phase, t, &q) else { continue };
+                let p = &nlp.layout.phases[k];
+                let Some(course) = RowCourse::new(phase, t, &q, (p, report)) else { continue };
                 if solved.structure.has_arcs_along(k, course.row) {
                     continue;
                 }
-                let p = &nlp.layout.phases[k];
                 let (samples, _) = samples(&q, p, t, &solution);
                 let active = active_nodes(&samples, course.row, p, report);
                 let past: Vec<&Tracked> =
@@ -391,9 +389,18 @@ struct RowCourse<'a> {
 impl<'a> RowCourse<'a> {
     /// None for a row that depends on the time itself and whose first rate depends on a control: such a rate need not vanish where the row
     /// touches its bound.
-    fn new(phase: &Phase, trajectory: &'a PhaseTrajectory, q: &Quantity<'_>) -> Option<Self> {
+    fn new(
+        phase: &Phase,
+        trajectory: &'a PhaseTrajectory,
+        q: &Quantity<'_>,
+        (p, report): (&CollocationPhase, &SolveReport),
+    ) -> Option<Self> {
         let QuantityKind::Row(row) = q.kind else { return None };
         let has_corner = depends_on_time(phase, row) && order(phase, row).is_some_and(|o| o.order == 1);
-        (!has_corner).then(|| Self { trajectory, row, scale: q.variable.size().unwrap_or(1.0) })
+        (!has_corner).then(|| Self {
+            trajectory,
+            row,
+            scale: q.variable.size().unwrap_or_else(|| q.range(p, report)),
+        })
     }
 }

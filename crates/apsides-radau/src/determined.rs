@@ -6,7 +6,8 @@
 
 use apsides_ocp::{Bounds, Phase};
 
-use crate::activity::{Class, Quantity, QuantityKind, equalities};
+use crate::activity::Class;
+use crate::quantity::{Quantity, QuantityKind, equalities};
 
 /// A control that a held path constraint determines.
 pub(crate) struct Determined {

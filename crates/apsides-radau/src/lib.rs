@@ -94,6 +94,7 @@ mod node_derivatives;
 mod node_term;
 mod placement;
 mod progress;
+mod quantity;
 mod rate_term;
 mod redundant;
 mod refinement;

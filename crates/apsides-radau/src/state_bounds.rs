@@ -10,9 +10,10 @@ use apsides_ocp::{
     Bounds, Mesh, Ocp, PathConstraint, PathEnd, PathEnds, Phase, PhaseMesh, Scaling, Trajectory, Variable,
 };
 
-use crate::activity::{Class, OSCILLATION, Quantity, QuantityKind, Solution, samples};
+use crate::activity::{Class, OSCILLATION, Solution, samples};
 use crate::junction::order_of;
 use crate::monotone::{bound_at_ends, trends};
+use crate::quantity::{Quantity, QuantityKind};
 use crate::transcription::Transcription;
 
 /// A row closer to a bound than this part of its scale is at it at the end of its phase.
@@ -48,7 +49,7 @@ impl StateRows {
             let scales = &scaling.phases[k].states;
             let is_met = |s: &usize| {
                 let variable = &phase.states[*s].variable;
-                let Some(q) = Quantity::new(QuantityKind::State(*s), variable) else { return false };
+                let Some(q) = Quantity::new(QuantityKind::State(*s), variable, false) else { return false };
                 // Without a control near by it can be met in instants alone.
                 let controls = order_of(phase, vec![*s]).map_or_else(Vec::new, |order| order.controls);
                 let q = q.held_by(phase, controls);
@@ -58,7 +59,7 @@ impl StateRows {
                 let multiplier =
                     |column: usize| report.lower_multipliers[column] + report.upper_multipliers[column];
                 let pressed: f64 = at_bound.clone().map(|n| multiplier(p.state_column(n.node) + s)).sum();
-                pressed * q.range >= LEAST_PRESSURE * solution.objective
+                pressed * q.range(p, report) >= LEAST_PRESSURE * solution.objective
                     && at_bound.any(|s| s.slope.abs() >= OSCILLATION)
             };
             let met: Vec<usize> = (0..phase.states.len()).filter(is_met).collect();

@@ -13,14 +13,15 @@ use apsides_ocp::{
 
 use crate::RadauError;
 use crate::activity::{
-    Class, Quantity, QuantityKind, Solution, bound_all_along, boundary_runs, curvatures, pulses, quantities,
-    runs, samples, settle_beside, settle_inside,
+    Class, Solution, bound_all_along, boundary_runs, curvatures, pulses, runs, samples, settle_beside,
+    settle_inside,
 };
 use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, Displaced, changes, settle};
 use crate::crossed::leave_crossed;
 use crate::determined::{are_bound, determined};
 use crate::layout::CollocationPhase;
+use crate::quantity::{Quantity, QuantityKind, quantities};
 use crate::row_bends::row_bends;
 use crate::transcription::Transcription;
 

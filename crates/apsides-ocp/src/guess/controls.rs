@@ -105,7 +105,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// The sum of the squares; infinite where a function is not finite.
+    /// The sum of the squares; infinite where a function or its slopes are not finite, as those of a root are at zero.
     fn misfit(&mut self, controls: &[f64], duration: f64) -> f64 {
         let (nx, nu) = (self.phase.states.len(), self.phase.controls.len());
         let mut sum = 0.0;
@@ -115,6 +115,9 @@ impl<'a> Fit<'a> {
             }
             self.inputs[nx..nx + nu].copy_from_slice(controls);
             let time = self.initial_time + fraction * duration;
+            if !self.has_slopes(&*self.phase.dynamics, time) {
+                return f64::INFINITY;
+            }
             self.evaluate(&*self.phase.dynamics, time);
             for (s, rate) in self.values[..nx].iter().enumerate() {
                 let state = &self.phase.states[s];
@@ -125,6 +128,9 @@ impl<'a> Fit<'a> {
                 sum += ((duration * rate - change) / self.sizes[s]).powi(2);
             }
             for c in &self.phase.path {
+                if !self.has_slopes(&*c.function, time) {
+                    return f64::INFINITY;
+                }
                 self.evaluate(&*c.function, time);
                 for (row, value) in c.rows.iter().zip(&self.values) {
                     sum += (row.bounds.excess(*value).max(0.0) / row.size().unwrap_or(1.0)).powi(2);
@@ -134,13 +140,26 @@ impl<'a> Fit<'a> {
         if sum.is_finite() { sum } else { f64::INFINITY }
     }
 
+    fn has_slopes(&mut self, function: &dyn apsides_ad::NodeFunction, time: f64) -> bool {
+        let last = self.place(function, time);
+        let mut entries = vec![0.0; function.pattern().jacobian_len()];
+        function.jacobian(&self.inputs[..=last], &mut self.values[..function.outputs()], &mut entries);
+        entries.iter().all(|slope| slope.is_finite())
+    }
+
     fn evaluate(&mut self, function: &dyn apsides_ad::NodeFunction, time: f64) {
+        let last = self.place(function, time);
+        function.value(&self.inputs[..=last], &mut self.values[..function.outputs()]);
+    }
+
+    /// Writes parameters and time where a function takes them; the place of the time.
+    fn place(&mut self, function: &dyn apsides_ad::NodeFunction, time: f64) -> usize {
         let width = self.phase.states.len() + self.phase.controls.len();
         let last = function.inputs() - 1;
         if last > width {
             self.inputs[width..last].copy_from_slice(self.parameters);
         }
         self.inputs[last] = time;
-        function.value(&self.inputs[..=last], &mut self.values[..function.outputs()]);
+        last
     }
 }
