@@ -707,6 +707,7 @@ OPTIMA = {
     "oscillator_three_switches": lambda: oscillator(-5.0, 1.0),
     "oscillator_with_limited_speed": oscillator_speed_limit,
     "parameter_in_a_one_sided_range": lambda: 4,
+    "plane_change_by_a_parameter": lambda: plane_change_by_two_impulses() / 1000,
     "plane_change_by_two_impulses": plane_change_by_two_impulses,
     "product_of_integrals_of_two_phases": lambda: 1 / 2 + 1 / 16,
     "pulse_of_a_disturbance": lambda: effort_against(lambda t: 50 * exp(-(((t - 0.377) / 0.002) ** 2)), np.linspace(0.361, 0.393, 9)),

@@ -390,7 +390,7 @@ impl Pipeline {
         let build = milliseconds(begin);
         let begin = Instant::now();
         let solution = match start {
-            Some(_) => self.solve_posed(&posed, start, observer)?,
+            Some(start) => self.solve_posed(&posed, Some(&posed.as_start(start)?), observer)?,
             None => self.solve_from_guess(&posed, observer)?,
         };
         let mut solve = milliseconds(begin);

@@ -65,10 +65,32 @@ impl Posed {
             None => Ok(solution.clone()),
         }
     }
+
+    /// A trajectory as a start of the problem that is solved: of that problem itself, or of the whole flight that it is a reduction of.
+    ///
+    /// # Errors
+    /// [`OcpError::Guess`](apsides_ocp::OcpError::Guess) when it is neither.
+    pub fn as_start(&self, trajectory: &Trajectory) -> Result<Trajectory, Error> {
+        let misfit = match Guess::earlier(trajectory).check(&self.ocp) {
+            Ok(()) => return Ok(trajectory.clone()),
+            Err(misfit) => misfit,
+        };
+        match &self.expansion {
+            Some(expansion) if Guess::earlier(trajectory).check(&expansion.ocp).is_ok() => {
+                let reduced = (expansion.reduce)(&self.ocp, trajectory)?;
+                Guess::earlier(&reduced).check(&self.ocp)?;
+                Ok(reduced)
+            }
+            _ => Err(misfit.into()),
+        }
+    }
 }
 
 /// The trajectory of a whole flight from the solution of its reduction.
 pub type Expand = dyn Fn(&Ocp, &Trajectory) -> Result<Trajectory, Error> + Send + Sync;
+
+/// The trajectory of a reduction, for a problem that it is one of, from that of the whole flight.
+pub type Reduce = dyn Fn(&Ocp, &Trajectory) -> Result<Trajectory, Error> + Send + Sync;
 
 /// A whole flight whose optimum follows from that of a smaller problem.
 #[derive(Clone)]
@@ -77,4 +99,6 @@ pub struct Expansion {
     pub ocp: Ocp,
     /// The trajectory of the whole flight, as a solution of `ocp`, from one of the smaller problem.
     pub expand: Arc<Expand>,
+    /// The trajectory of the smaller problem, as a start, from one of the whole flight.
+    pub reduce: Arc<Reduce>,
 }

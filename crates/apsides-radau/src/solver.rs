@@ -113,6 +113,7 @@ impl Radau {
         observer: &mut dyn Observer,
     ) -> Result<RadauSolution, RadauError> {
         self.settings.check()?;
+        guess.check(ocp)?;
         let solution = self.solve_from_bent_guesses(ocp, guess, mesh, observer)?;
         let stopped = Turns::of(ocp).filter(|turns| turns.are_stopped(&solution.trajectory));
         let Some(turns) = stopped.filter(|_| may_go_on(solution.status)) else { return Ok(solution) };

@@ -1,4 +1,4 @@
-//! Flights with controls and durations that are spread over what their bounds allow, as starts.
+//! Flights with controls, durations, free starts and parameters that are spread over what their bounds allow, as starts.
 //!
 //! A guess that is no motion may lead to where the requirements conflict, though there are motions that meet them: straight lines between
 //! the ends of a spiral have the wrong times and the wrong controls. A flight is a motion to begin with, and of many flights some
@@ -39,13 +39,25 @@ pub(crate) fn closest_flights(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<V
     Ok(found.into_iter().take(STARTS).map(|(_, flown)| flown).collect())
 }
 
-/// Numbers that make a flight: both ends of each control, and the duration of each phase.
+/// Numbers that make a flight: both ends of each control, and the duration of each phase, the free states at its start, and the parameters.
 fn numbers(ocp: &Ocp) -> usize {
-    ocp.phases.iter().map(|phase| 2 * phase.controls.len() + 1).sum()
+    let of_phases: usize = ocp.phases.iter().map(|phase| 2 * phase.controls.len() + 1).sum();
+    of_phases + free_starts(ocp).count() + ocp.parameters.iter().filter(|p| !p.bounds.is_fixed()).count()
 }
 
-/// The guess with controls along straight lines between values at such parts of their bounds, and durations at such parts of what is tried;
-/// none where a duration has no length.
+/// True if a state at the start of the flight, or a parameter, is free.
+pub(crate) fn has_free_starts(ocp: &Ocp) -> bool {
+    free_starts(ocp).next().is_some() || ocp.parameters.iter().any(|p| !p.bounds.is_fixed())
+}
+
+/// The states at the start of the flight that are not fixed, by index; later phases start where the ones before them end.
+fn free_starts(ocp: &Ocp) -> impl Iterator<Item = usize> {
+    let first = ocp.phases.first().map_or(&[][..], |phase| &phase.states);
+    first.iter().enumerate().filter(|(_, state)| !state.initial.is_fixed()).map(|(index, _)| index)
+}
+
+/// The guess with controls along straight lines between values at such parts of their bounds, and durations, free starts and parameters at such
+/// parts of what is tried, starts that constraints tie where these are met; none where a duration has no length.
 fn steered(ocp: &Ocp, guess: &Guess, scaling: &Scaling, parts: &[f64]) -> Option<Guess> {
     let mut parts = parts.iter().copied();
     let mut phases = Vec::with_capacity(ocp.phases.len());
@@ -56,7 +68,7 @@ fn steered(ocp: &Ocp, guess: &Guess, scaling: &Scaling, parts: &[f64]) -> Option
         for ((control, middle), scale) in phase.controls.iter().zip(&middle).zip(&scales.controls) {
             let range = range(control.bounds, *middle, *scale);
             for end in &mut ends {
-                end.push(range.lower + parts.next()? * (range.upper - range.lower));
+                end.push(within(range, parts.next()?));
             }
         }
         let factor = LONGER.powf(2.0 * parts.next()? - 1.0);
@@ -64,13 +76,31 @@ fn steered(ocp: &Ocp, guess: &Guess, scaling: &Scaling, parts: &[f64]) -> Option
         let final_time = phase.final_time.clamp(usual.initial_time + duration);
         let mut start = vec![0.0; phase.states.len()];
         usual.state(0.0, &mut start);
+        if phases.is_empty() {
+            for k in free_starts(ocp) {
+                let state = &phase.states[k];
+                let allowed = state.initial.intersect(&state.variable.bounds);
+                start[k] = within(range(allowed, start[k], scales.states[k]), parts.next()?);
+            }
+        }
         let times = [usual.initial_time, final_time];
         phases.push(PhaseGuess::samples(&times, vec![start; 2], ends.to_vec()).ok()?);
     }
-    Some(Guess { phases, parameters: guess.parameters.clone(), constraint_multipliers: None })
+    let mut parameters = guess.parameters.clone();
+    let free = ocp.parameters.iter().zip(&scaling.parameters).zip(&mut parameters);
+    for ((parameter, scale), value) in free.filter(|((p, _), _)| !p.bounds.is_fixed()) {
+        *value = within(range(parameter.bounds, *value, *scale), parts.next()?);
+    }
+    let steered = Guess { phases, parameters, constraint_multipliers: None };
+    Some(steered.with_starts_that_meet(ocp))
 }
 
-/// The bounds of a control, or where it has none on a side, as far as its scale from the guess.
+/// The value at a part of a range.
+fn within(range: Bounds, part: f64) -> f64 {
+    range.lower + part * (range.upper - range.lower)
+}
+
+/// The bounds of a quantity, or where it has none on a side, as far as its scale from the guess.
 fn range(bounds: Bounds, middle: f64, scale: f64) -> Bounds {
     let or = |bound: f64, other: f64| if bound.is_finite() { bound } else { other };
     Bounds { lower: or(bounds.lower, middle - scale), upper: or(bounds.upper, middle + scale) }

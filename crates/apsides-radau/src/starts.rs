@@ -13,7 +13,7 @@ use crate::RadauError;
 use crate::flown::{Flight, fly};
 use crate::least_relaxation::Relaxer;
 use crate::solver::{MeshRecord, Radau, RadauSolution, may_go_on};
-use crate::spread_flights::closest_flights;
+use crate::spread_flights::{closest_flights, has_free_starts};
 use crate::state_bounds::without_arcs;
 
 /// Iterations on a first mesh from a guess, before another start is tried.
@@ -166,17 +166,20 @@ impl Radau {
         mesh: &Mesh,
         observer: &mut dyn Observer,
     ) -> Result<RadauSolution, RadauError> {
-        let solution = self.solve_on_first_mesh(ocp, guess, mesh, observer)?;
-        match solution.status {
-            Status::Infeasible if self.is_patient() => {
-                let solution = self.solve_on_mesh_of_motion(ocp, guess, mesh, solution, observer)?;
-                match solution.status {
-                    Status::Infeasible => self.solve_from_flights(ocp, guess, mesh, solution, observer),
-                    _ => Ok(solution),
-                }
-            }
-            _ => Ok(solution),
+        let mut solution = self.solve_on_first_mesh(ocp, guess, mesh, observer)?;
+        let is_stuck = |s: &RadauSolution| s.status == Status::Infeasible && self.is_patient();
+        // A start that is free, such as a velocity after an impulse, says more of the flight than a mesh that carries the motion from any.
+        let starts_anywhere = has_free_starts(ocp);
+        if starts_anywhere && is_stuck(&solution) {
+            solution = self.solve_from_flights(ocp, guess, mesh, solution, observer)?;
         }
+        if is_stuck(&solution) {
+            solution = self.solve_on_mesh_of_motion(ocp, guess, mesh, solution, observer)?;
+        }
+        if !starts_anywhere && is_stuck(&solution) {
+            solution = self.solve_from_flights(ocp, guess, mesh, solution, observer)?;
+        }
+        Ok(solution)
     }
 
     /// Solves from flights that are spread over what the bounds of controls and times allow; the solution as it is where none leads on.

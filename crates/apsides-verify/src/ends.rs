@@ -141,6 +141,18 @@ impl EndGradient {
         gradient
     }
 
+    /// Diagonal of the Hessian of the end cost, without its sign.
+    pub(crate) fn curvature_of_cost(ocp: &Ocp, ends: &Ends) -> Self {
+        let mut curvature = Self::zero(ocp);
+        for (inputs, f) in &ocp.objective.functions {
+            for (a, _, v) in ends.hessian(f.as_ref(), inputs, &[1.0]).into_iter().filter(|(a, b, _)| a == b) {
+                curvature.add(a, v);
+            }
+        }
+        curvature.values.iter_mut().for_each(|v| *v = v.abs());
+        curvature
+    }
+
     /// Adds `nu . b` of the endpoint constraints; without multipliers, what they touch becomes unknown.
     pub(crate) fn add_constraints(&mut self, ocp: &Ocp, ends: &Ends, multipliers: Option<&Vec<Vec<f64>>>) {
         for (k, c) in ocp.constraints.iter().enumerate() {

@@ -17,6 +17,17 @@ pub(super) fn expand(whole: &Ocp, solution: &Trajectory) -> Trajectory {
     Trajectory { phases: solution.phases.iter().map(phase).collect(), ..solution.clone() }
 }
 
+/// The flight with the vector of the bank angle as its control, as a start; nothing says how hard the length of the vector is to keep.
+pub(super) fn reduce(flight: &Trajectory) -> Trajectory {
+    let phase = |p: &PhaseTrajectory| {
+        let control = p.control.map_nodes(2, |bank, vector| {
+            vector.copy_from_slice(&Steering::Vector.controls_of(bank[0]));
+        });
+        PhaseTrajectory { control, path_multipliers: None, ..p.clone() }
+    };
+    Trajectory { phases: flight.phases.iter().map(phase).collect(), ..flight.clone() }
+}
+
 /// The angle at the nodes, continuous from one to the next.
 fn angle(vector: &PiecewisePolynomial) -> PiecewisePolynomial {
     let mut last: Option<f64> = None;

@@ -85,6 +85,7 @@ impl Mission for CapsuleEntry {
         let expansion = Some(Expansion {
             ocp: whole,
             expand: Arc::new(|ocp, solution| Ok(expansion::expand(ocp, solution))),
+            reduce: Arc::new(|_, flight| Ok(expansion::reduce(flight))),
         });
         Ok(Posed { expansion, ..posed })
     }

@@ -61,6 +61,17 @@ pub(super) fn expand(
     })
 }
 
+/// The burns of a whole flight, each from the earliest time at which it may begin, as a start of the problem that has them alone.
+pub(super) fn reduce(reduced: &Ocp, flight: &Trajectory) -> Result<Trajectory, Error> {
+    let burns = flight.phases.iter().step_by(2).zip(&reduced.phases);
+    let burns = burns.map(|(burn, phase)| shifted(burn, phase.initial_time.clamp(0.0) - burn.initial_time));
+    Ok(Trajectory {
+        phases: burns.collect::<Result<_, _>>()?,
+        constraint_multipliers: None,
+        ..flight.clone()
+    })
+}
+
 /// The same phase, later.
 fn shifted(phase: &PhaseTrajectory, delay: f64) -> Result<PhaseTrajectory, Error> {
     let later = |p: &PiecewisePolynomial| {

@@ -77,7 +77,8 @@ impl Mission for GeoInjection {
         let expand = move |whole: &Ocp, solution: &Trajectory| {
             expansion::expand(&injection, &reduced, whole, solution)
         };
-        let expansion = Some(Expansion { ocp: whole, expand: Arc::new(expand) });
+        let reduce = |ocp: &Ocp, flight: &Trajectory| expansion::reduce(ocp, flight);
+        let expansion = Some(Expansion { ocp: whole, expand: Arc::new(expand), reduce: Arc::new(reduce) });
         Ok(Posed { costates, expansion, ..Posed::new(ocp, guess) })
     }
 

@@ -1,7 +1,7 @@
 //! Free states that move the others as a guess has them.
 //!
 //! Who states where a spacecraft is along the way has said how fast it is. Velocities that nobody states, and that are free at both ends,
-//! are zero otherwise: a guess that jumps from place to place at rest, from which coasts under gravity lead nowhere.
+//! are zero or in the middle of their bounds otherwise: a guess that jumps from place to place at rest, from which coasts under gravity lead nowhere.
 
 use crate::{Guess, Ocp, Phase, PhaseGuess, State};
 
@@ -11,7 +11,7 @@ const SWEEPS: usize = 30;
 const GAIN: f64 = 0.5;
 
 impl Guess {
-    /// The guess with states that are free at both ends, have no bounds, and are not `stated` by phase and state, such that the rates of the
+    /// The guess with states that are free at both ends, and not `stated` by phase and state, such that, within their bounds, the rates of the
     /// others are the slopes that the guess has; the guess as it is in phases where that leads nowhere, or that stand on an earlier trajectory.
     #[must_use]
     pub fn with_free_states_moving(mut self, ocp: &Ocp, stated: impl Fn(usize, usize) -> bool) -> Self {
@@ -25,12 +25,9 @@ impl Guess {
     }
 }
 
-/// True for each state that is free at both ends, has no bounds, and is not stated.
+/// True for each state that is free at both ends, and not stated.
 fn open_states(phase: &Phase, stated: impl Fn(usize) -> bool) -> Vec<bool> {
-    let is_open = |(k, state): (usize, &State)| {
-        let bounds = state.variable.bounds;
-        state.has_free_ends() && bounds == crate::Bounds::FREE && !stated(k)
-    };
+    let is_open = |(k, state): (usize, &State)| state.has_free_ends() && !stated(k);
     phase.states.iter().enumerate().map(is_open).collect()
 }
 
@@ -115,7 +112,10 @@ impl<'a> Rates<'a> {
             let square: f64 = own.clone().map(|(_, _, place)| self.entries[*place].powi(2)).sum();
             let step = (wanted[row] - self.values[row]) / square;
             if step.is_finite() {
-                own.for_each(|(_, state, place)| x[*state] += step * self.entries[*place]);
+                own.for_each(|(_, state, place)| {
+                    let bounds = self.phase.states[*state].variable.bounds;
+                    x[*state] = bounds.clamp(x[*state] + step * self.entries[*place]);
+                });
             }
         }
     }

@@ -238,6 +238,7 @@ impl EndConditions<'_> {
             .iter()
             .map(along)
             .fold(self.trajectory.objective.abs(), |sum, of_phase| sum + of_phase);
+        let curvature = EndGradient::curvature_of_cost(self.ocp, self.ends);
         let mut worst = Worst::default();
         for (i, p) in self.ocp.parameters.iter().enumerate() {
             let input = EndpointInput::Parameter { index: i };
@@ -246,9 +247,12 @@ impl EndConditions<'_> {
                 continue;
             }
             let (scale, cost) = (self.scales.scale(input), self.cost.value(input).unwrap_or(0.0));
-            let size = (scale * sizes[i].max(cost.abs())).max(self.costate_size);
-            let slope = relative((slopes[i] + outer) * scale, size);
             let value = self.ends.value(input);
+            // Where the cost of the ends is flat in it, nothing else has a size: then by what the parameter, were it off by its own size, would change.
+            let own = if value == 0.0 { scale } else { scale.min(value.abs()) };
+            let bend = own * curvature.value(input).unwrap_or(0.0);
+            let size = (scale * sizes[i].max(cost.abs()).max(bend)).max(self.costate_size);
+            let slope = relative((slopes[i] + outer) * scale, size);
             // Beside a wide range a way to the bound that looks short may be worth much.
             let reach = p.bounds.clamp(value - (slopes[i] + outer).signum() * scale);
             let gain = ((slopes[i] + outer) * (reach - p.bounds.clamp(value))).abs();
