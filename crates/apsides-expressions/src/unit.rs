@@ -40,6 +40,8 @@ const PRESSURE: [i8; 6] = [-1, 1, -2, 0, 0, 0];
 const ENERGY: [i8; 6] = [2, 1, -2, 0, 0, 0];
 const POWER: [i8; 6] = [2, 1, -3, 0, 0, 0];
 const RATE: [i8; 6] = [0, 0, -1, 0, 0, 0];
+const SPEED: [i8; 6] = [1, 0, -1, 0, 0, 0];
+const FLUX_DENSITY: [i8; 6] = [0, 1, -2, 0, -1, 0];
 
 const PI: f64 = std::f64::consts::PI;
 
@@ -49,51 +51,90 @@ const UNITS: &[Row] = &[
     ("km", 1e3, LENGTH, "m"),
     ("cm", 1e-2, LENGTH, "m"),
     ("mm", 1e-3, LENGTH, "m"),
+    ("um", 1e-6, LENGTH, "m"),
+    ("inch", 0.0254, LENGTH, "m"),
     ("ft", 0.3048, LENGTH, "m"),
     ("nmi", 1852.0, LENGTH, "m"),
     ("mi", 1609.344, LENGTH, "m"),
     ("au", 149_597_870_700.0, LENGTH, "m"),
+    ("AU", 149_597_870_700.0, LENGTH, "m"),
+    ("kt", 1852.0 / 3600.0, SPEED, "(m/s)"),
+    ("kn", 1852.0 / 3600.0, SPEED, "(m/s)"),
     ("kg", 1.0, MASS, "kg"),
     ("t", 1e3, MASS, "kg"),
+    ("tonne", 1e3, MASS, "kg"),
     ("lb", 0.453_592_37, MASS, "kg"),
+    ("lbm", 0.453_592_37, MASS, "kg"),
     ("slug", 0.453_592_37 * 9.80665 / 0.3048, MASS, "kg"),
     ("s", 1.0, TIME, "s"),
+    ("sec", 1.0, TIME, "s"),
+    ("us", 1e-6, TIME, "s"),
     ("ms", 1e-3, TIME, "s"),
     ("min", 60.0, TIME, "s"),
     ("h", 3600.0, TIME, "s"),
+    ("hr", 3600.0, TIME, "s"),
+    ("d", 86_400.0, TIME, "s"),
     ("day", 86_400.0, TIME, "s"),
+    ("yr", 365.25 * 86_400.0, TIME, "s"),
     ("K", 1.0, [0, 0, 0, 1, 0, 0], "K"),
     ("A", 1.0, [0, 0, 0, 0, 1, 0], "A"),
     ("V", 1.0, [2, 1, -3, 0, -1, 0], "V"),
+    ("T", 1.0, FLUX_DENSITY, "T"),
+    ("uT", 1e-6, FLUX_DENSITY, "T"),
+    ("nT", 1e-9, FLUX_DENSITY, "T"),
     ("mol", 1.0, [0, 0, 0, 0, 0, 1], "mol"),
     ("rad", 1.0, NUMBER, "rad"),
     ("deg", PI / 180.0, NUMBER, "rad"),
     ("arcmin", PI / 10_800.0, NUMBER, "rad"),
     ("arcsec", PI / 648_000.0, NUMBER, "rad"),
+    ("mas", PI / 648_000_000.0, NUMBER, "rad"),
+    ("mrad", 1e-3, NUMBER, "rad"),
+    ("urad", 1e-6, NUMBER, "rad"),
     ("rev", 2.0 * PI, NUMBER, "rad"),
     ("N", 1.0, FORCE, "N"),
     ("kN", 1e3, FORCE, "N"),
     ("mN", 1e-3, FORCE, "N"),
+    ("uN", 1e-6, FORCE, "N"),
     ("MN", 1e6, FORCE, "N"),
     ("lbf", 0.453_592_37 * 9.80665, FORCE, "N"),
+    ("kgf", 9.80665, FORCE, "N"),
+    ("Nm", 1.0, ENERGY, "(N m)"),
     ("Pa", 1.0, PRESSURE, "Pa"),
     ("hPa", 1e2, PRESSURE, "Pa"),
     ("kPa", 1e3, PRESSURE, "Pa"),
     ("MPa", 1e6, PRESSURE, "Pa"),
+    ("GPa", 1e9, PRESSURE, "Pa"),
+    ("psi", 0.453_592_37 * 9.80665 / (0.0254 * 0.0254), PRESSURE, "Pa"),
+    ("atm", 101_325.0, PRESSURE, "Pa"),
     ("bar", 1e5, PRESSURE, "Pa"),
     ("J", 1.0, ENERGY, "J"),
     ("kJ", 1e3, ENERGY, "J"),
     ("MJ", 1e6, ENERGY, "J"),
+    ("Wh", 3600.0, ENERGY, "J"),
+    ("kWh", 3.6e6, ENERGY, "J"),
     ("W", 1.0, POWER, "W"),
     ("kW", 1e3, POWER, "W"),
     ("MW", 1e6, POWER, "W"),
     ("mW", 1e-3, POWER, "W"),
+    ("hp", 550.0 * 0.453_592_37 * 9.80665 * 0.3048, POWER, "W"),
     ("Hz", 1.0, RATE, "Hz"),
     ("kHz", 1e3, RATE, "Hz"),
     ("rpm", 2.0 * PI / 60.0, RATE, "(rad/s)"),
     ("g0", 9.80665, [1, 0, -2, 0, 0, 0], "(m/s2)"),
     ("percent", 1e-2, NUMBER, "1"),
     ("1", 1.0, NUMBER, "1"),
+];
+
+/// Names that could be two units, or one that is no multiple of another.
+const MISTAKEN: &[(&str, &str)] = &[
+    ("g", "write `g0` for 9.80665 m/s2, `kg` for masses"),
+    ("nm", "write `nmi` for nautical miles, `m` for lengths as small as nanometres"),
+    ("C", "temperatures are in `K`"),
+    ("degC", "temperatures are in `K`"),
+    ("degF", "temperatures are in `K`"),
+    ("ton", "write `t` for 1000 kg"),
+    ("year", "write `yr` for 365.25 days"),
+    ("in", "write `inch`"),
 ];
 
 impl Unit {
@@ -175,6 +216,11 @@ impl fmt::Display for Unit {
         f.write_str(&self.text)
     }
 }
+
+/// Exponents as they are written above a line, in the order of `-0123456789`.
+const SUPERSCRIPTS: &str = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹";
+
+const EXPONENT: &str = "the exponent of a unit must be a number from -100 to 100";
 
 /// Parentheses in parentheses: nobody writes more.
 const DEEPEST: usize = 16;
@@ -266,6 +312,10 @@ impl Reader<'_> {
                 self.at += 1;
                 return Ok(Unit { coherent: "1".into(), ..Unit::none() });
             }
+            Some('%') => {
+                self.at += 1;
+                Unit { factor: 1e-2, coherent: "1".into(), ..Unit::none() }
+            }
             Some(c) if c.is_alphabetic() => self.name()?,
             Some(c) => return Err(self.fail(format!("a unit cannot begin with `{c}`"))),
             None => return Err(self.fail("a unit is missing")),
@@ -282,6 +332,11 @@ impl Reader<'_> {
         } else {
             self.skip(char::is_alphabetic).to_owned()
         };
+        // Both signs of micro, beside the letter that keyboards have.
+        let name = name.replace(['µ', 'μ'], "u");
+        if let Some((_, meant)) = MISTAKEN.iter().find(|(written, _)| *written == name) {
+            return Err(UnitError { offset: start, reason: format!("`{name}` is no unit here: {meant}") });
+        }
         let Some((_, factor, exponents, coherent)) = UNITS.iter().find(|row| row.0 == name) else {
             let names: Vec<&str> = Unit::names().collect();
             let reason = format!("no unit is named `{name}`{}", suggested_name(&name, "units", &names));
@@ -293,8 +348,16 @@ impl Reader<'_> {
 
     fn exponent(&mut self, base: Unit) -> Result<Unit, UnitError> {
         let start = self.at;
-        let marked = self.peek() == Some('^');
-        self.at += usize::from(marked);
+        let raised = self.skip(|c| SUPERSCRIPTS.contains(c)).to_owned();
+        if !raised.is_empty() {
+            let plain = raised.chars().filter_map(|c| SUPERSCRIPTS.chars().position(|s| s == c));
+            let plain: String = plain.filter_map(|k| "-0123456789".chars().nth(k)).collect();
+            let e = plain.parse::<i8>().map_err(|_| UnitError { offset: start, reason: EXPONENT.into() })?;
+            return Ok(Unit { coherent: format!("{}{plain}", base.coherent), ..base.power(f64::from(e)) });
+        }
+        let mark = ["^", "**"].into_iter().find(|mark| self.text[start..].starts_with(mark));
+        let marked = mark.is_some();
+        self.at += mark.map_or(0, str::len);
         let number = self.at;
         let signed =
             self.peek() == Some('-') && self.text[self.at + 1..].starts_with(|c: char| c.is_ascii_digit());
@@ -309,10 +372,7 @@ impl Reader<'_> {
                 let coherent = format!("{}{}", base.coherent, &self.text[start..self.at]);
                 Ok(Unit { coherent, ..base.power(e) })
             }
-            _ => Err(UnitError {
-                offset: start,
-                reason: "the exponent of a unit must be a number from -100 to 100".into(),
-            }),
+            _ => Err(UnitError { offset: start, reason: EXPONENT.into() }),
         }
     }
 }
@@ -358,6 +418,15 @@ mod tests {
             ("deg/s", PI / 180.0, "1/s", "rad/s"),
             ("-", 1.0, "1", "-"),
             ("m^0.5", 1.0, "m^0.5", "m^0.5"),
+            ("m/s²", 1.0, "m/s2", "m/s2"),
+            ("kg m² s⁻²", 1.0, "kg m2/s2", "kg m2 s-2"),
+            ("deg/s**2", PI / 180.0, "1/s2", "rad/s**2"),
+            ("kt", 1852.0 / 3600.0, "m/s", "m/s"),
+            ("µm", 1e-6, "m", "m"),
+            ("Nm", 1.0, "kg m2/s2", "N m"),
+            ("%", 1e-2, "1", "1"),
+            ("psi", 6_894.757_293_168_361, "kg/(m s2)", "Pa"),
+            ("hp", 745.699_871_582_270_2, "kg m2/s3", "W"),
         ];
         for (text, factor, dimension, coherent) in cases {
             let found = of(text);
@@ -371,6 +440,9 @@ mod tests {
         let cases = [
             ("metre", "no unit is named `metre`"),
             ("kms", "the nearest is `km`"),
+            ("m/g", "write `g0`"),
+            ("degC", "temperatures are in `K`"),
+            ("m⁻", "exponent"),
             ("J/kg K", "two ways"),
             ("m/", "a unit is missing"),
             ("(m", "`)` is missing"),

@@ -68,14 +68,16 @@ pub(crate) fn read(
             },
             "constants" => {
                 for field in reader.table(value, "constants")? {
-                    model.constants.push(reader.constant(&field)?);
+                    // What follows from other constants is a definition, wherever it stands.
+                    match is_formula(field.value) {
+                        true => reader.define(&mut model, field)?,
+                        false => model.constants.push(reader.constant(&field)?),
+                    }
                 }
             }
             "definitions" => {
                 for field in reader.table(value, "definitions")? {
-                    let definition = reader.definition(&field)?;
-                    model.library.definitions.push(definition);
-                    model.definitions.push(field.at);
+                    reader.define(&mut model, field)?;
                 }
             }
             "tables" => {
@@ -116,7 +118,19 @@ pub(crate) fn read(
     Ok((model, reader.texts))
 }
 
+/// True for a text that is no number with a unit, nor one with a wrong unit.
+fn is_formula(value: &Node<'_>) -> bool {
+    matches!(value.get_ref(), DeValue::String(text) if quantity(text).is_none() && wrong_unit(text).is_none())
+}
+
 impl Reader<'_> {
+    fn define(&mut self, model: &mut Model, field: Field<'_, '_>) -> Result<(), ProblemError> {
+        let definition = self.definition(&field)?;
+        model.library.definitions.push(definition);
+        model.definitions.push(field.at);
+        Ok(())
+    }
+
     fn constant(&mut self, field: &Field<'_, '_>) -> Result<Constant, ProblemError> {
         let name = self.name(field, "the name of a constant")?;
         let what = format!("constants.{name}");

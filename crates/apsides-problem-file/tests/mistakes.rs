@@ -139,6 +139,15 @@ fn the_file_itself_has_no_mistake() {
     assert_eq!(sentence(&whole(), "whole"), None);
 }
 
+/// A constant that follows from others is a definition of it.
+#[test]
+fn constants_may_follow_from_others() {
+    let text = whole().replace("isp = \"320 s\"", "isp = \"2*half\"\nhalf = \"160 [s]\"");
+    pose(&text).unwrap();
+    let circular = whole().replace("isp = \"320 s\"", "isp = \"2*half\"\nhalf = \"isp/2\"");
+    assert!(pose(&circular).unwrap_err().to_string().contains("isp"));
+}
+
 #[test]
 fn hundreds_of_mistakes_each_have_a_sentence_and_a_place() {
     let whole = whole();
@@ -214,7 +223,7 @@ fn each_sort_of_mistake_says_what_to_do() {
         ("h = \"v*sin(pitch)\"", "h = \"sin(pitch)\"", "state `check_units = false` at the top of the file"),
         ("h = \"v*sin(pitch)\"", "g = \"v*sin(pitch)\"", "the rate of `h` in phase `ascent`"),
         ("isp = \"320 s\"", "isp = \"320 secs\"", "no unit is named `secs`"),
-        ("isp = \"320 s\"", "isp = \"320*2\"", "what follows from others stands in [definitions]"),
+        ("isp = \"320 s\"", "isp = \"320*2\"", "the rate of `m` has the unit kg/s, this is kg"),
         ("isp = \"320 s\"", "mu = \"320 s\"", "duplicate key"),
         ("isp = \"320 s\"", "sin = \"320 s\"", "`sin` has a meaning in formulas"),
         ("area = 3", "payload = 3", "`payload` is a constant already and cannot be a parameter, too"),
