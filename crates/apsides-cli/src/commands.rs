@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use apsides::pipeline::lock::DirectoryLock;
+use apsides::pipeline::method::MethodName;
 use apsides::pipeline::record::{Record, SOLVES};
 use apsides::pipeline::whole_file::{check_directory, check_file};
 use apsides_ocp::Trajectory;
@@ -34,6 +35,12 @@ impl MissionArguments {
 pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
     let mut mission = a.mission.load_for(&a.run)?;
     if let Some(file) = &a.checkpoint {
+        if mission.methods().name != MethodName::TwoLayer {
+            let name = mission.methods().name.word();
+            return Err(refusal(format!(
+                "--checkpoint keeps a search, and `{name}` has none: say --method two-layer"
+            )));
+        }
         probe_file("--checkpoint", file)?;
         mission = mission.with_checkpoint(file.clone());
     }

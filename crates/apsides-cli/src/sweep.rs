@@ -18,7 +18,7 @@ use crate::figures::PriceCurves;
 use crate::output::{columns, heads, print, print_json, significant, warn};
 use crate::progress::Progress;
 use crate::speech::{is_json, is_verbose};
-use crate::sweep_file::{COMMAND, SweepFile};
+use crate::sweep_file::{COMMAND, SweepFile, refuse_other_cases};
 
 pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     let axes = a.axes()?;
@@ -40,6 +40,11 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
         if a.sensitivity { priced_axes(&axes, &cases).map_err(refusal)? } else { vec![false; axes.len()] };
     let mut curves = a.figure.as_deref().map(|path| Drawing::create(path, &axes, &priced)).transpose()?;
     let kept = KeptWork::open(a.out.as_deref())?;
+    if let Some(dir) = &a.out {
+        let keys: Vec<&str> = axes.iter().map(|axis| &*axis.key).collect();
+        let values: Vec<Vec<&str>> = cases.iter().map(|case| case_values(case).collect()).collect();
+        refuse_other_cases(dir, &keys, &values)?;
+    }
     let price_names: Vec<String> =
         axes.iter().zip(&priced).filter(|(_, shown)| **shown).map(|(axis, _)| price_name(axis)).collect();
     let mut shard = Shard::begun(COMMAND, &a.mission, &statement(&cases), a.run.seed, total, indices.clone());

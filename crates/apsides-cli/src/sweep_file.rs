@@ -55,6 +55,26 @@ struct Record {
     last: [String; 5],
 }
 
+/// Refuses the directory of a table with other columns of keys, or with cases that are not among these.
+pub(crate) fn refuse_other_cases(dir: &Path, keys: &[&str], cases: &[Vec<&str>]) -> Result<(), Refusal> {
+    let table = table_of(dir);
+    if !table.is_file() {
+        return Ok(());
+    }
+    let begins =
+        |record: &csv::StringRecord, with: &[&str]| record.iter().take(with.len()).eq(with.iter().copied());
+    let is_own = |mut reader: csv::Reader<std::fs::File>| {
+        reader.headers().is_ok_and(|header| begins(header, keys))
+            && reader.records().all(|row| row.is_ok_and(|row| cases.iter().any(|case| begins(&row, case))))
+    };
+    if csv::Reader::from_path(&table).is_ok_and(is_own) {
+        return Ok(());
+    }
+    let dir = dir.display();
+    Err(format!("--out {dir}: {TABLE} there is not of this sweep; name another directory, or remove it")
+        .into())
+}
+
 impl SweepFile {
     /// A table without rows: `keys` are the keys that vary, `prices` the names of the columns of prices. A directory with the manifest of
     /// another command is refused.

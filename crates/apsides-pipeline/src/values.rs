@@ -273,6 +273,17 @@ impl Values {
         Error::Conflict { place, reason }
     }
 
+    /// Refuses an option `--set` for one of these keys, which have no effect where the key `by` has its value: who asks for it expects one.
+    ///
+    /// # Errors
+    /// The first such option.
+    pub fn refuse_without_effect(&self, keys: &[&str], by: &str, instead: &str) -> Result<(), Error> {
+        let is_option = |key: &&&str| self.place(key).is_some_and(|place| place.starts_with(OPTION));
+        let Some(key) = keys.iter().find(is_option) else { return Ok(()) };
+        let value = self.get(by).map_or_else(|| "open".to_owned(), ToString::to_string);
+        Err(self.conflict(format!("`{key}` has no effect while `{by}` is {value}: {instead}")))
+    }
+
     /// Makes an error of the refusal of a model whose parameters are the values of `keys`. It stands where the first of these is stated.
     pub fn refusal<E: Into<Source>>(&self, keys: &[&str]) -> impl FnOnce(E) -> Error + use<E> {
         let names: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();

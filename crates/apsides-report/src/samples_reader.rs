@@ -11,6 +11,7 @@ use apsides_verify::PhaseSamples;
 use serde_json::{Map, Value};
 
 use crate::ReportError;
+use crate::columns::{COLLOCATED, INTERVAL};
 
 /// The samples of every phase, in the problem's order, and the static parameters that the file states.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,7 +72,7 @@ fn columns(headers: &[String], phase: &Phase) -> Result<[Vec<usize>; 3], ReportE
 }
 
 fn empty(ocp: &Ocp) -> Vec<PhaseSamples> {
-    let none = PhaseSamples { times: Vec::new(), states: Vec::new(), controls: Vec::new() };
+    let none = PhaseSamples { times: Vec::new(), states: Vec::new(), controls: Vec::new(), nodes: None };
     vec![none; ocp.phases.len()]
 }
 
@@ -91,6 +92,10 @@ fn from_csv(text: &str, ocp: &Ocp) -> Result<Samples, ReportError> {
         let names: Vec<_> = ocp.phases.iter().map(|p| p.name.as_str()).collect();
         return Err(refusal(1, format!("no column `phase`; the problem has several: {}", names.join(", "))));
     }
+    let of_nodes = {
+        let column = |name: &str| headers.iter().position(|h| h == name);
+        column(INTERVAL).zip(column(COLLOCATED))
+    };
     let places = ocp.phases.iter().map(|p| columns(&headers, p)).collect::<Result<Vec<_>, _>>()?;
     let mut phases = empty(ocp);
     let mut parameters = vec![None; ocp.parameters.len()];
@@ -116,6 +121,11 @@ fn from_csv(text: &str, ocp: &Ocp) -> Result<Samples, ReportError> {
         phases[k].times.push(number(time[0])?);
         phases[k].states.push(states.iter().map(|c| number(*c)).collect::<Result<_, _>>()?);
         phases[k].controls.push(controls.iter().map(|c| number(*c)).collect::<Result<_, _>>()?);
+        if let Some((interval, collocated)) = of_nodes {
+            let interval = record.get(interval).and_then(|text| text.parse().ok());
+            let index = interval.ok_or_else(|| refusal(line, "`interval` is no whole number"))?;
+            phases[k].nodes.get_or_insert_default().push((index, record.get(collocated) == Some("1")));
+        }
         for (value, parameter) in parameters.iter_mut().zip(&ocp.parameters) {
             if let Some(column) = find(&headers, &parameter.name, &parameter.unit)
                 .or_else(|| find(&headers, &format!("parameter_{}", parameter.name), &parameter.unit))
@@ -182,7 +192,7 @@ fn json_phase(object: &Map<String, Value>, phase: &Phase) -> Result<PhaseSamples
             .collect::<Result<Vec<_>, _>>()
     };
     let times = (0..length).map(|k| read(&time[0], k)).collect::<Result<_, _>>()?;
-    Ok(PhaseSamples { times, states: rows(&states)?, controls: rows(&controls)? })
+    Ok(PhaseSamples { times, states: rows(&states)?, controls: rows(&controls)?, nodes: None })
 }
 
 fn finish(ocp: &Ocp, phases: Vec<PhaseSamples>, parameters: &[Option<f64>]) -> Result<Samples, ReportError> {
@@ -226,6 +236,7 @@ mod tests {
             times: vec![0.0, 1.0],
             states: vec![vec![0.0, 1.0], vec![1.5, 2.0]],
             controls: vec![vec![1.0], vec![1.0]],
+            nodes: None,
         };
         let csv = "Time_s, speed_m_per_s, position, other, acceleration_m_s2\n0,1,0,x,1\n1,2,1.5,y,1\n";
         let flat = r#"{"t": [0, 1], "position": [0, 1.5], "speed": [1, 2], "acceleration": [1, 1]}"#;

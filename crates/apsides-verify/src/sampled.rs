@@ -1,7 +1,7 @@
 //! Trajectories from samples: times, states and controls of whatever program.
 //!
-//! Between the samples the controls are constant, linear or cubic, whichever leads the flight from the first sample closest to the
-//! others. The states are those of that flight, so that everything else is judged as for any trajectory; how far the samples are
+//! Between the samples the controls are constant, linear or cubic, or where the samples say of which intervals they are the nodes, the polynomials
+//! through those, whichever leads the flight from the first sample closest to the others. The states are those of that flight, so that everything else is judged as for any trajectory; how far the samples are
 //! from it is told. Two samples at one time are a jump of the controls.
 
 use std::borrow::Cow;
@@ -28,6 +28,8 @@ pub struct PhaseSamples {
     pub states: Vec<Vec<f64>>,
     /// Controls at each time, in the order of the phase.
     pub controls: Vec<Vec<f64>>,
+    /// The interval of each sample, not decreasing, and whether it is a node of the control polynomial there, if that is known.
+    pub nodes: Option<Vec<(usize, bool)>>,
 }
 
 /// The course of the controls between two samples.
@@ -39,11 +41,13 @@ pub enum Interpolation {
     Linear,
     /// The cubic through the nearest four samples without a jump between them.
     Cubic,
+    /// The polynomial through the nodes of each interval ([`PhaseSamples::nodes`]); a cubic where they are not known.
+    Polynomial,
 }
 
 impl Interpolation {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Constant, Self::Linear, Self::Cubic];
+    pub const ALL: [Self; 4] = [Self::Constant, Self::Linear, Self::Cubic, Self::Polynomial];
 
     /// The word for it.
     #[must_use]
@@ -52,6 +56,7 @@ impl Interpolation {
             Self::Constant => "constant",
             Self::Linear => "linear",
             Self::Cubic => "cubic",
+            Self::Polynomial => "polynomial",
         }
     }
 }
@@ -85,8 +90,11 @@ pub fn sampled(
     let extended: Vec<_> =
         ocp.phases.iter().zip(phases).map(|(phase, s)| with_integrals(phase, s, parameters)).collect();
     let candidates = interpolation.map_or(Interpolation::ALL.to_vec(), |i| vec![i]);
+    let has_nodes = phases.iter().any(|samples| samples.nodes.is_some());
+    let is_another =
+        |i: &Interpolation| has_nodes || interpolation.is_some() || *i != Interpolation::Polynomial;
     let mut best: Option<Sampled> = None;
-    for interpolation in candidates {
+    for interpolation in candidates.into_iter().filter(is_another) {
         let found = fly(ocp, phases, &extended, parameters, interpolation, settings)?;
         if best.as_ref().is_none_or(|b| found.deviation < b.deviation) {
             best = Some(found);
@@ -112,13 +120,21 @@ fn check(ocp: &Ocp, phases: &[PhaseSamples], parameters: &[f64]) -> Result<(), V
     }
     for (phase, samples) in ocp.phases.iter().zip(phases) {
         let name = &phase.name;
-        let PhaseSamples { times, states, controls } = samples;
+        let PhaseSamples { times, states, controls, nodes } = samples;
         if times.len() != states.len() || times.len() != controls.len() {
             let (x, u) = (states.len(), controls.len());
             return Err(unfit(format!("phase `{name}`: {} times, {x} states, {u} controls", times.len())));
         }
         if times.len() < 2 || times[0] >= times[times.len() - 1] {
             return Err(unfit(format!("phase `{name}`: at least two samples at different times are needed")));
+        }
+        if let Some(nodes) = nodes {
+            let follows = |w: &[(usize, bool)]| w[0].0 <= w[1].0 && w[1].0 - w[0].0 <= 1;
+            if nodes.len() != times.len() || !nodes.windows(2).all(follows) {
+                return Err(unfit(format!(
+                    "phase `{name}`: the intervals of the samples do not follow each other"
+                )));
+            }
         }
         if let Some(k) = times.windows(2).position(|w| w[1] < w[0]) {
             return Err(unfit(format!("phase `{name}`: the times decrease after sample {}", k + 1)));
@@ -148,7 +164,10 @@ fn fly(
     settings: &VerifySettings,
 ) -> Result<Sampled, VerifyError> {
     let straight = |(phase, s): (&apsides_ocp::Phase, &Cow<'_, PhaseSamples>)| {
-        let control = controls(s, phase.controls.len(), interpolation)?;
+        let control = match (&s.nodes, interpolation) {
+            (Some(nodes), Interpolation::Polynomial) => through_nodes(s, nodes, phase.controls.len())?,
+            _ => controls(s, phase.controls.len(), interpolation)?,
+        };
         let state = lines(s, phase.states.len())?;
         let (first, last) = (s.times[0], s.times[s.times.len() - 1]);
         let intervals = control.segments().len();
@@ -261,6 +280,33 @@ fn nodes(nodes: &[f64]) -> Result<Arc<Barycentric>, OcpError> {
     Barycentric::new(nodes).map(Arc::new).map_err(fail)
 }
 
+/// The polynomial through the nodes of each interval, which lasts from its first sample to that of the next one.
+fn through_nodes(
+    samples: &PhaseSamples,
+    of: &[(usize, bool)],
+    count: usize,
+) -> Result<PiecewisePolynomial, OcpError> {
+    let mut breaks = vec![samples.times[0]];
+    let mut segments = Vec::new();
+    let mut first = 0;
+    for interval in of.chunk_by(|a, b| a.0 == b.0) {
+        let (begin, next) = (first, first + interval.len());
+        first = next;
+        let (start, end) = (samples.times[begin], samples.times[next.min(samples.times.len() - 1)]);
+        if end <= start {
+            continue;
+        }
+        let chosen: Vec<usize> = (begin..next).filter(|k| of[*k].1).collect();
+        let chosen = if chosen.is_empty() { vec![begin] } else { chosen };
+        let places: Vec<f64> =
+            chosen.iter().map(|k| 2.0 * (samples.times[*k] - start) / (end - start) - 1.0).collect();
+        let values = chosen.iter().flat_map(|k| samples.controls[*k].iter().copied()).collect();
+        breaks.push(end);
+        segments.push(Segment { basis: nodes(&places)?, values });
+    }
+    PiecewisePolynomial::new(count, breaks, segments)
+}
+
 fn controls(
     samples: &PhaseSamples,
     count: usize,
@@ -280,7 +326,7 @@ fn controls(
         let support: Vec<usize> = match interpolation {
             Interpolation::Constant => vec![a],
             Interpolation::Linear => vec![a, b],
-            Interpolation::Cubic => {
+            Interpolation::Cubic | Interpolation::Polynomial => {
                 // Neighbours that are joined to the interval without a jump.
                 let mut support = vec![a, b];
                 let mut before = k;

@@ -38,6 +38,8 @@ pub(crate) enum InterpolationWord {
     Linear,
     /// Cubics through four samples.
     Cubic,
+    /// Polynomials through the nodes of intervals, which `trajectory.csv` of a result names.
+    Polynomial,
 }
 
 impl From<InterpolationWord> for apsides_verify::Interpolation {
@@ -46,6 +48,7 @@ impl From<InterpolationWord> for apsides_verify::Interpolation {
             InterpolationWord::Constant => Self::Constant,
             InterpolationWord::Linear => Self::Linear,
             InterpolationWord::Cubic => Self::Cubic,
+            InterpolationWord::Polynomial => Self::Polynomial,
         }
     }
 }

@@ -97,6 +97,10 @@ impl Lander {
             GravityField::central(body)
         };
         let rotation = if values.flag(keys::ROTATION)? { values.number(&ROTATION_RATE.path)? } else { 0.0 };
+        if values.limit(keys::SPEED)?.is_some() {
+            let instead = format!("set `{}` to inf, the speed of the orbit, too", keys::SPEED);
+            values.refuse_without_effect(&[keys::APOLUNE], keys::SPEED, &instead)?;
+        }
         let [perilune_radius, apolune_radius] =
             [number(keys::PERILUNE)?, number(keys::APOLUNE)?].map(|altitude| body.radius + altitude * 1e3);
         let of_orbit = orbit_speeds(body, [perilune_radius, apolune_radius]);

@@ -10,6 +10,15 @@ pub(super) const EXPONENTIAL: &str = "exponential";
 pub(super) const US_1976: &str = "us-1976";
 pub(super) const US_1976_PRINTED: &str = "us-1976-printed";
 pub(super) const TABLE: &str = "table";
+/// The keys of the start, which a message has instead.
+pub(super) const START: [&str; 6] = [
+    "entry_altitude_km",
+    "entry_longitude_deg",
+    "entry_latitude_deg",
+    "entry_speed_m_s",
+    "entry_path_angle_deg",
+    "entry_azimuth_deg",
+];
 pub(super) const ATMOSPHERE_TABLE: &str = "atmosphere_table";
 pub(super) const SURFACE_DENSITY: &str = "surface_density_kg_m3";
 pub(super) const SCALE_HEIGHT: &str = "scale_height_m";

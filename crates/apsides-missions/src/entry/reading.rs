@@ -37,7 +37,11 @@ impl CapsuleEntry {
         let flight = EntryFlight::new(planet(v)?, vehicle, heading, heating(v)?);
         let (start, epoch) = match v.word(INITIAL_STATE_PATH)? {
             NO_MESSAGE => (start(v)?, None),
-            message => state_of_message(v, &flight, message)?,
+            message => {
+                let instead = format!("the message states the start; leave `{INITIAL_STATE_PATH}` away");
+                v.refuse_without_effect(&keys::START, INITIAL_STATE_PATH, &instead)?;
+                state_of_message(v, &flight, message)?
+            }
         };
         check_start(v, &flight, &start)?;
         let target_altitude = target_altitude(v, &flight.planet, &start)?;
@@ -164,6 +168,10 @@ fn atmosphere(v: &Values, body: &Body) -> Result<Atmosphere, Error> {
     let (constant, ratio) = (v.number(keys::GAS_CONSTANT)?, v.number(keys::HEAT_CAPACITY_RATIO)?);
     let gas =
         Gas::new(constant, ratio).map_err(v.refusal(&[keys::GAS_CONSTANT, keys::HEAT_CAPACITY_RATIO]))?;
+    if v.word(keys::ATMOSPHERE)? != keys::TABLE {
+        let instead = format!("set `{}` to {}, too", keys::ATMOSPHERE, keys::TABLE);
+        v.refuse_without_effect(&[keys::ATMOSPHERE_TABLE], keys::ATMOSPHERE, &instead)?;
+    }
     Ok(match v.word(keys::ATMOSPHERE)? {
         keys::US_1976 => Atmosphere::UsStandard1976,
         keys::US_1976_PRINTED => Atmosphere::UsStandard1976Printed,

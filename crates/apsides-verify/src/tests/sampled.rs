@@ -39,7 +39,31 @@ fn samples(count: usize, u: impl Fn(f64) -> f64) -> PhaseSamples {
         states: times.iter().map(state).collect(),
         controls: times.iter().map(|t| vec![u(*t)]).collect(),
         times,
+        nodes: None,
     }
+}
+
+/// A control that jumps from a parabola to a line, at nodes that are not at the jump: their intervals say where it is.
+#[test]
+fn nodes_of_intervals_are_joined_by_their_polynomials() {
+    let ocp = energy_problem();
+    let times = vec![0.0, 0.1, 0.35, 0.5, 0.6, 0.9, 1.0];
+    let control = |t: f64, interval: usize| if interval == 0 { 30.0 * t * t } else { 2.0 - 4.0 * t };
+    let nodes = vec![(0, true), (0, true), (0, true), (1, false), (1, true), (1, true), (1, false)];
+    let controls = times.iter().zip(&nodes).map(|(t, (interval, _))| vec![control(*t, *interval)]);
+    let samples = PhaseSamples {
+        states: vec![vec![0.0; 2]; times.len()],
+        controls: controls.collect(),
+        times,
+        nodes: Some(nodes),
+    };
+    let one = std::slice::from_ref(&samples);
+    let found = sampled(&ocp, one, &[], Some(Interpolation::Polynomial), &settings()).expect("fits");
+    let control = |t: f64| found.trajectory.phases[0].control_at(t)[0];
+    assert!((control(0.2) - 1.2).abs() < ROUNDING && (control(0.49) - 30.0 * 0.49 * 0.49).abs() < ROUNDING);
+    assert!((control(0.51) + 0.04).abs() < ROUNDING && (control(0.95) + 1.8).abs() < ROUNDING);
+    let apart = PhaseSamples { nodes: Some(vec![(0, true); 3]), ..samples };
+    assert!(sampled(&ocp, &[apart], &[], None, &settings()).is_err());
 }
 
 #[test]
@@ -92,6 +116,7 @@ fn two_samples_at_one_time_are_a_jump() {
             .map(|x| x.to_vec())
             .into(),
         controls: [1.0, 1.0, 1.0, -1.0, -1.0, -1.0].map(|u| vec![u]).into(),
+        nodes: None,
     };
     let found = sampled(&ocp, &[dash], &[], None, &settings()).expect("fits");
     let certificate = certify(&ocp, &found.trajectory);
