@@ -402,3 +402,20 @@ fn from_a_transfer_orbit() {
     let refused = apsides::load("geo-2-burn", &["pattern=AA".into()]);
     assert!(refused.is_err());
 }
+
+/// Solver: one optimum from two starts, kg.
+const SAME_MASS_KG: f64 = 1e-5;
+
+/// The whole flight of a result, with its coasts, starts the problem that has the burns alone.
+#[test]
+fn a_flight_starts_its_mission_again() {
+    let mission = apsides::load("geo-2-burn", &[]).unwrap();
+    let first = mission.solve(None, &mut ()).unwrap();
+    let again = mission.solve(Some(&first.trajectory), &mut ()).unwrap();
+    assert!(again.status.is_success() && again.summary.certificate.is_verified(), "{:?}", again.status);
+    let mass = |outcome: &apsides::Outcome| outcome.summary.results["final_mass_kg"];
+    assert!((mass(&again) - mass(&first)).abs() < SAME_MASS_KG, "{} {}", mass(&again), mass(&first));
+    // A flight with other phases is refused, not taken for one.
+    let other = apsides::load("geo-3-burn", &[]).unwrap().solve(Some(&first.trajectory), &mut ());
+    assert!(other.is_err_and(|e| e.to_string().contains("phases")));
+}

@@ -60,6 +60,16 @@ fn exponential_atmosphere_without_limits() {
     near(&outcome, "heat_load_mj_m2", outcome.summary.objective.value, SAME_HEAT_MJ_M2);
 }
 
+/// A result has the bank angle, the problem its cosine and sine.
+#[test]
+fn a_flight_starts_its_mission_again() {
+    let first = solve("capsule-reentry", &[]);
+    let mission = load("capsule-reentry", &[]).unwrap();
+    let again = mission.solve(Some(&first.trajectory), &mut ()).unwrap();
+    verified(&again);
+    near(&again, "heat_load_mj_m2", first.summary.objective.value, SAME_HEAT_MJ_M2);
+}
+
 #[test]
 fn exponential_atmosphere_with_limits_touches_two() {
     let outcome = solve("capsule-reentry", &[]);

@@ -55,7 +55,7 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
     if a.explain {
         explain_guess(&mission)?;
     }
-    let start = a.from.as_deref().map(|dir| start_of(&mission, dir)).transpose()?;
+    let start = a.from.as_deref().map(|dir| start_of(&mission, &a.mission.mission, dir)).transpose()?;
     let _lock = a.out.as_deref().map(claim).transpose()?;
     let mut progress = Progress::of_solve(a.run.limit.stop());
     let mut solved = mission.solve(start.as_ref(), &mut progress).map_err(refusal)?;
@@ -99,11 +99,10 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
 }
 
 /// The flight of a result directory as a start of a mission.
-fn start_of(mission: &apsides::Pipeline, directory: &Path) -> Result<Trajectory, Refusal> {
+fn start_of(mission: &apsides::Pipeline, name: &str, directory: &Path) -> Result<Trajectory, Refusal> {
     let posed = mission.pose().map_err(refusal)?;
-    read_outcome_trajectory(directory, posed.flight()).map_err(|e| {
-        refusal(format!("--from {}: no flight of `{}`: {e}", directory.display(), mission.name()))
-    })
+    read_outcome_trajectory(directory, posed.flight())
+        .map_err(|e| refusal(format!("--from {}: no flight of `{name}`: {e}", directory.display())))
 }
 
 /// Constraints named by `--explain`.

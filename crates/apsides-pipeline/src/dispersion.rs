@@ -174,6 +174,10 @@ impl Default for Onboard {
 pub trait Dispersed: Sync {
     /// Results of one flight, steered so, in the order of the kind's columns; none if it does not end.
     fn fly(&self, deviations: &Deviations, guidance: &Guidance, onboard: &Onboard) -> Option<Vec<f64>>;
+    /// The reason for which no flight at all can be steered so, where there is one.
+    fn refused(&self, _guidance: &Guidance) -> Option<&'static str> {
+        None
+    }
     /// Covariance of the first results by the state-transition matrix, with the thrust of the plan; row-major.
     fn linear_covariance(&self, dispersions: &Deviations) -> Option<Vec<f64>>;
 }

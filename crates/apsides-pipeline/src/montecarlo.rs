@@ -102,6 +102,9 @@ impl MonteCarlo {
         let columns = mission.kind().offers.dispersed.len();
         let flights = mission.decided(&plan.decisions)?.mission().dispersed(&plan.trajectory)?;
         let flights = flights.ok_or_else(|| without_flights(mission))?;
+        if let Some(reason) = flights.refused(&self.guidance) {
+            return Err(Error::Conflict { place: "guidance".into(), reason: reason.into() });
+        }
         let deviations = |index: usize| self.dispersions.sample(self.seed, index).values().to_vec();
         let fly = |_: &mut (), index: usize| {
             let deviation = self.dispersions.sample(self.seed, index);

@@ -290,6 +290,12 @@ impl Dispersed for PlannedLanding {
         }
     }
 
+    fn refused(&self, guidance: &Guidance) -> Option<&'static str> {
+        let reason = "an acceleration linear in time takes a throttle, and the thrust of this landing has one size: fly in open loop, \
+                      re-plan, or correct the plan linearly";
+        matches!(guidance, Guidance::Polynomial).then_some(reason)
+    }
+
     fn linear_covariance(&self, dispersions: &Deviations) -> Option<Vec<f64>> {
         self.ends.covariance(self.transition()?, dispersions)
     }

@@ -46,8 +46,8 @@ pub(super) const ITEMS: &[PaperItem] = &[
     ),
     command(
         "elliptic start orbits, which the paper leaves out",
-        "solve geo-2-burn --set parking_eccentricity=0.7306 --set pattern=AA",
-        "two burns at apogee from the usual transfer orbit",
+        "solve geo-2-burn --set parking_eccentricity=0.7306 --set pattern=AP",
+        "a burn at apogee, and the rest of it at the next perigee, from the usual transfer orbit",
     ),
     command(
         "Newton iterations of indirect shooting",
