@@ -26,7 +26,7 @@ use crate::named_data::NamedData;
 use crate::observer::Observer;
 use crate::outcome::{Decisions, ObjectiveValue, Outcome, Reduced, Summary, Timing};
 use crate::placing;
-use crate::posed::Posed;
+use crate::posed::{self, Posed};
 use crate::values::Values;
 
 use certified::{Certified, Flight};
@@ -337,10 +337,7 @@ impl Pipeline {
     /// # Errors
     /// When the values do not make a problem.
     pub fn has_phases_of(&self, trajectory: &Trajectory) -> Result<bool, Error> {
-        let ocp = self.pose()?.ocp;
-        let names = ocp.phases.iter().map(|p| &p.name);
-        let same_names = names.eq(trajectory.phases.iter().map(|p| &p.name));
-        Ok(same_names && Guess::earlier(trajectory).check(&ocp).is_ok())
+        Ok(posed::fits(&self.pose()?.ocp, trajectory).is_ok())
     }
 
     /// Scalars of a solution; the unit ends the key.

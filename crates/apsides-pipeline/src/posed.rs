@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 #[cfg(feature = "flatness")]
 use apsides_flatness::FlatSystem;
-use apsides_ocp::{Guess, Ocp, Trajectory};
+use apsides_ocp::{Guess, Ocp, OcpError, Trajectory};
 #[cfg(feature = "two-layer")]
 use apsides_two_layer::ProfileModel;
 
@@ -71,19 +71,30 @@ impl Posed {
     /// # Errors
     /// [`OcpError::Guess`](apsides_ocp::OcpError::Guess) when it is neither.
     pub fn as_start(&self, trajectory: &Trajectory) -> Result<Trajectory, Error> {
-        let misfit = match Guess::earlier(trajectory).check(&self.ocp) {
+        let misfit = match fits(&self.ocp, trajectory) {
             Ok(()) => return Ok(trajectory.clone()),
             Err(misfit) => misfit,
         };
         match &self.expansion {
-            Some(expansion) if Guess::earlier(trajectory).check(&expansion.ocp).is_ok() => {
+            Some(expansion) if fits(&expansion.ocp, trajectory).is_ok() => {
                 let reduced = (expansion.reduce)(&self.ocp, trajectory)?;
-                Guess::earlier(&reduced).check(&self.ocp)?;
+                fits(&self.ocp, &reduced)?;
                 Ok(reduced)
             }
             _ => Err(misfit.into()),
         }
     }
+}
+
+/// Refuses a trajectory with other phases than those of a problem, by name, or of other sizes.
+pub(crate) fn fits(ocp: &Ocp, trajectory: &Trajectory) -> Result<(), OcpError> {
+    let names: Vec<&str> = ocp.phases.iter().map(|p| &*p.name).collect();
+    let found: Vec<&str> = trajectory.phases.iter().map(|p| &*p.name).collect();
+    if names != found {
+        let reason = format!("expected the phases {}, found {}", names.join(", "), found.join(", "));
+        return Err(OcpError::Guess { place: ocp.name.clone(), reason });
+    }
+    Guess::earlier(trajectory).check(ocp)
 }
 
 /// The trajectory of a whole flight from the solution of its reduction.
