@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::activity::Activity;
 use super::arcs::Span;
-use apsides_ocp::Bounds;
+use apsides_ocp::{Bounds, State};
 
 use crate::optimality::PhaseConditions;
 use crate::worst::relative;
@@ -46,11 +46,11 @@ impl Stage {
         let slopes = Slopes::new(conditions, span, time);
         let coordinates = Coordinates::new(conditions, parameters, span, time, duration);
         let curvature = curvature(conditions, &coordinates);
-        let rates = rates(conditions, &coordinates);
+        let (speeds, rates) = rates(conditions, &coordinates);
         let integrals = integrals(conditions, &coordinates);
         let controls = controls(conditions, &slopes, coordinates.length, &rates, &curvature);
         let mut rows = path_rows(conditions, &coordinates);
-        let (at_bounds, state_rows) = states(conditions, &coordinates, &slopes);
+        let (at_bounds, state_rows) = states(conditions, &coordinates, &slopes, (time, &speeds));
         rows.extend(state_rows);
         let legendre = legendre(&curvature, &rates, &controls, &rows, duration / coordinates.length);
         Self { rates, curvature, rows, integrals, controls, legendre, at_bounds }
@@ -178,8 +178,8 @@ fn curvature(conditions: &mut PhaseConditions<'_>, coordinates: &Coordinates) ->
     coordinates.hessian(&slope, |i, j| hh[i * width + j] + hc[i * width + j])
 }
 
-/// Jacobian of the rates of the states times the length of the arc.
-fn rates(conditions: &mut PhaseConditions<'_>, coordinates: &Coordinates) -> DMatrix<f64> {
+/// The rates of the states, and their Jacobian times the length of the arc.
+fn rates(conditions: &mut PhaseConditions<'_>, coordinates: &Coordinates) -> (Vec<f64>, DMatrix<f64>) {
     let (nx, width) = (conditions.equations.nx, coordinates.others + 1);
     let (mut values, mut jacobian) = (vec![0.0; nx], vec![0.0; nx * width]);
     conditions.equations.dynamics_jacobian(&mut values, &mut jacobian);
@@ -188,7 +188,7 @@ fn rates(conditions: &mut PhaseConditions<'_>, coordinates: &Coordinates) -> DMa
         let row = coordinates.gradient(values[i], &jacobian[i * width..(i + 1) * width], true);
         rates.set_row(i, &(row / coordinates.scales[i]).transpose());
     }
-    rates
+    (values, rates)
 }
 
 /// Jacobian of the integrands times the length of the arc.
@@ -296,6 +296,7 @@ fn states(
     conditions: &PhaseConditions<'_>,
     coordinates: &Coordinates,
     slopes: &Slopes,
+    (time, speeds): (f64, &[f64]),
 ) -> (Vec<Activity>, Vec<Row>) {
     let phase_states = &conditions.equations.phase.states;
     let (mut at_bounds, mut rows) = (vec![Activity::Free; phase_states.len()], Vec::new());
@@ -308,12 +309,37 @@ fn states(
         let multiplier = -slopes.costate_rate[i] - slopes.lagrangian[i];
         let slope = relative(-multiplier * scale, conditions.hamiltonian_size);
         let slope = if slope.abs() > SURE { slope } else { 0.0 };
+        let activity = Activity::new(slope, value, bounds, scale);
+        if activity == Activity::Weak && is_on_its_way(conditions, state, (time, value, speeds[i])) {
+            continue;
+        }
         let mut gradient = DVector::zeros(coordinates.len());
         gradient[i] = 1.0;
-        at_bounds[i] = Activity::new(slope, value, bounds, scale);
+        at_bounds[i] = activity;
         rows.push(Row { gradient, activity: at_bounds[i] });
     }
     (at_bounds, rows)
+}
+
+/// True if a state near a bound comes down to it at the end of the phase, where it has to be at the bound, or leaves it from the start: along a bound
+/// it would not move. So many rows as there are stages on the way, of which each next one says less of the controls, hide what curvature there is.
+fn is_on_its_way(
+    conditions: &PhaseConditions<'_>,
+    state: &State,
+    (time, value, speed): (f64, f64, f64),
+) -> bool {
+    let Bounds { lower, upper } = state.variable.bounds;
+    let (bound, towards) = if value - lower <= upper - value { (lower, -1.0) } else { (upper, 1.0) };
+    let distance = (value - bound).abs();
+    let reaches = |end: Bounds, left: f64, sign: f64| {
+        end.is_fixed()
+            && end.lower == bound
+            && sign * towards * speed * left >= 0.5 * distance
+            && distance > 0.0
+    };
+    let found = conditions.found;
+    reaches(state.terminal, found.final_time - time, 1.0)
+        || reaches(state.initial, time - found.initial_time, -1.0)
 }
 
 /// Rates of a row of states in which a control is looked for.
