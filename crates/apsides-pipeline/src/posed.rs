@@ -69,7 +69,7 @@ impl Posed {
     /// A trajectory as a start of the problem that is solved: of that problem itself, or of the whole flight that it is a reduction of.
     ///
     /// # Errors
-    /// [`OcpError::Guess`](apsides_ocp::OcpError::Guess) when it is neither.
+    /// [`OcpError::Guess`] when it is neither.
     pub fn as_start(&self, trajectory: &Trajectory) -> Result<Trajectory, Error> {
         let misfit = match fits(&self.ocp, trajectory) {
             Ok(()) => return Ok(trajectory.clone()),
