@@ -1,6 +1,6 @@
 //! The table of a sweep: one record a case.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -61,11 +61,11 @@ pub(crate) fn refuse_other_cases(dir: &Path, keys: &[&str], cases: &[Vec<&str>])
     if !table.is_file() {
         return Ok(());
     }
-    let begins =
-        |record: &csv::StringRecord, with: &[&str]| record.iter().take(with.len()).eq(with.iter().copied());
+    let cases: BTreeSet<&[&str]> = cases.iter().map(Vec::as_slice).collect();
+    let is_case = |row: &csv::StringRecord| cases.contains(&*row.iter().take(keys.len()).collect::<Vec<_>>());
     let is_own = |mut reader: csv::Reader<std::fs::File>| {
-        reader.headers().is_ok_and(|header| begins(header, keys))
-            && reader.records().all(|row| row.is_ok_and(|row| cases.iter().any(|case| begins(&row, case))))
+        reader.headers().is_ok_and(|header| header.iter().take(keys.len()).eq(keys.iter().copied()))
+            && reader.records().all(|row| row.is_ok_and(|row| is_case(&row)))
     };
     if csv::Reader::from_path(&table).is_ok_and(is_own) {
         return Ok(());

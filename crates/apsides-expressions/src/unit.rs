@@ -129,7 +129,7 @@ const UNITS: &[Row] = &[
 const MISTAKEN: &[(&str, &str)] = &[
     ("g", "write `g0` for 9.80665 m/s2, `kg` for masses"),
     ("nm", "write `nmi` for nautical miles, `m` for lengths as small as nanometres"),
-    ("C", "temperatures are in `K`"),
+    ("C", "temperatures are in `K`, charges in `A s`"),
     ("degC", "temperatures are in `K`"),
     ("degF", "temperatures are in `K`"),
     ("ton", "write `t` for 1000 kg"),
@@ -219,8 +219,6 @@ impl fmt::Display for Unit {
 
 /// Exponents as they are written above a line, in the order of `-0123456789`.
 const SUPERSCRIPTS: &str = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹";
-
-const EXPONENT: &str = "the exponent of a unit must be a number from -100 to 100";
 
 /// Parentheses in parentheses: nobody writes more.
 const DEEPEST: usize = 16;
@@ -352,8 +350,7 @@ impl Reader<'_> {
         if !raised.is_empty() {
             let plain = raised.chars().filter_map(|c| SUPERSCRIPTS.chars().position(|s| s == c));
             let plain: String = plain.filter_map(|k| "-0123456789".chars().nth(k)).collect();
-            let e = plain.parse::<i8>().map_err(|_| UnitError { offset: start, reason: EXPONENT.into() })?;
-            return Ok(Unit { coherent: format!("{}{plain}", base.coherent), ..base.power(f64::from(e)) });
+            return raised_to(base, &plain, &plain, start);
         }
         let mark = ["^", "**"].into_iter().find(|mark| self.text[start..].starts_with(mark));
         let marked = mark.is_some();
@@ -367,13 +364,20 @@ impl Reader<'_> {
         if written.is_empty() && !marked {
             return Ok(base);
         }
-        match written.parse::<f64>() {
-            Ok(e) if e.is_finite() && e.abs() <= 100.0 => {
-                let coherent = format!("{}{}", base.coherent, &self.text[start..self.at]);
-                Ok(Unit { coherent, ..base.power(e) })
-            }
-            _ => Err(UnitError { offset: start, reason: EXPONENT.into() }),
+        raised_to(base, written, &self.text[start..self.at], start)
+    }
+}
+
+/// A unit with an exponent, which its text shows as `shown`.
+fn raised_to(base: Unit, exponent: &str, shown: &str, offset: usize) -> Result<Unit, UnitError> {
+    match exponent.parse::<f64>() {
+        Ok(e) if e.is_finite() && e.abs() <= 100.0 => {
+            Ok(Unit { coherent: format!("{}{shown}", base.coherent), ..base.power(e) })
         }
+        _ => Err(UnitError {
+            offset,
+            reason: "the exponent of a unit must be a number from -100 to 100".into(),
+        }),
     }
 }
 
@@ -443,6 +447,7 @@ mod tests {
             ("m/g", "write `g0`"),
             ("degC", "temperatures are in `K`"),
             ("m⁻", "exponent"),
+            ("m¹²⁷", "exponent"),
             ("J/kg K", "two ways"),
             ("m/", "a unit is missing"),
             ("(m", "`)` is missing"),

@@ -150,28 +150,14 @@ impl<'a> Solution<'a> {
         };
         let size = value.abs().max(default);
         let step = RELATIVE_STEP * if size > 0.0 { size } else { 1.0 };
-        // A side on which the mission has other states or controls, as where a zero leaves something out, is none.
-        let side = |value| -> Result<Option<(Pipeline, Posed, f64)>, Error> {
-            let (mission, posed) = self.mission.posed_with(key, value)?;
-            let is_alike = self.guess.check(&without_kinks(&posed.ocp)).is_ok();
-            Ok(is_alike.then_some((mission, posed, value)))
-        };
+        let side =
+            |value| self.mission.posed_with(key, value).map(|(mission, posed)| (mission, posed, value));
+        let middle = || side(value);
         let (below, above) = match (side(value - step), side(value + step)) {
-            (Ok(Some(below)), Ok(Some(above))) => (Some(below), Some(above)),
-            (Ok(Some(below)), _) => (Some(below), side(value)?),
-            (_, Ok(Some(above))) => (side(value)?, Some(above)),
+            (Ok(below), Ok(above)) => (below, above),
+            (Ok(below), Err(_)) => (below, middle()?),
+            (Err(_), Ok(above)) => (middle()?, above),
             (Err(refused), Err(_)) => return Err(refused),
-            _ => (None, None),
-        };
-        let (Some(below), Some(above)) = (below, above) else {
-            let unit = key.unit().into();
-            return Ok(Price {
-                key: key.path.clone().into_owned(),
-                value,
-                unit,
-                objective: None,
-                results: BTreeMap::new(),
-            });
         };
         let width = above.2 - below.2;
         let transcribe =

@@ -42,18 +42,23 @@ pub(crate) fn closest_flights(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<V
 /// Numbers that make a flight: both ends of each control, and the duration of each phase, the free states at its start, and the parameters.
 fn numbers(ocp: &Ocp) -> usize {
     let of_phases: usize = ocp.phases.iter().map(|phase| 2 * phase.controls.len() + 1).sum();
-    of_phases + free_starts(ocp).count() + ocp.parameters.iter().filter(|p| !p.bounds.is_fixed()).count()
+    of_phases + free_starts(ocp).count() + free_parameters(ocp).count()
 }
 
 /// True if a state at the start of the flight, or a parameter, is free.
 pub(crate) fn has_free_starts(ocp: &Ocp) -> bool {
-    free_starts(ocp).next().is_some() || ocp.parameters.iter().any(|p| !p.bounds.is_fixed())
+    free_starts(ocp).chain(free_parameters(ocp)).next().is_some()
 }
 
 /// The states at the start of the flight that are not fixed, by index; later phases start where the ones before them end.
 fn free_starts(ocp: &Ocp) -> impl Iterator<Item = usize> {
     let first = ocp.phases.first().map_or(&[][..], |phase| &phase.states);
     first.iter().enumerate().filter(|(_, state)| !state.initial.is_fixed()).map(|(index, _)| index)
+}
+
+/// The parameters that are not fixed, by index.
+fn free_parameters(ocp: &Ocp) -> impl Iterator<Item = usize> {
+    ocp.parameters.iter().enumerate().filter(|(_, p)| !p.bounds.is_fixed()).map(|(index, _)| index)
 }
 
 /// The guess with controls along straight lines between values at such parts of their bounds, and durations, free starts and parameters at such
@@ -87,9 +92,9 @@ fn steered(ocp: &Ocp, guess: &Guess, scaling: &Scaling, parts: &[f64]) -> Option
         phases.push(PhaseGuess::samples(&times, vec![start; 2], ends.to_vec()).ok()?);
     }
     let mut parameters = guess.parameters.clone();
-    let free = ocp.parameters.iter().zip(&scaling.parameters).zip(&mut parameters);
-    for ((parameter, scale), value) in free.filter(|((p, _), _)| !p.bounds.is_fixed()) {
-        *value = within(range(parameter.bounds, *value, *scale), parts.next()?);
+    for k in free_parameters(ocp) {
+        let allowed = range(ocp.parameters[k].bounds, parameters[k], scaling.parameters[k]);
+        parameters[k] = within(allowed, parts.next()?);
     }
     let steered = Guess { phases, parameters, constraint_multipliers: None };
     Some(steered.with_starts_that_meet(ocp))

@@ -1,8 +1,8 @@
 //! Trajectories from samples: times, states and controls of whatever program.
 //!
 //! Between the samples the controls are constant, linear or cubic, or where the samples say of which intervals they are the nodes, the polynomials
-//! through those, whichever leads the flight from the first sample closest to the others. The states are those of that flight, so that everything else is judged as for any trajectory; how far the samples are
-//! from it is told. Two samples at one time are a jump of the controls.
+//! through those, whichever leads the flight from the first sample closest to the others. The states are those of that flight, so that
+//! everything else is judged as for any trajectory; how far the samples are from it is told. Two samples at one time are a jump of the controls.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -89,12 +89,11 @@ pub fn sampled(
     check(ocp, phases, parameters)?;
     let extended: Vec<_> =
         ocp.phases.iter().zip(phases).map(|(phase, s)| with_integrals(phase, s, parameters)).collect();
-    let candidates = interpolation.map_or(Interpolation::ALL.to_vec(), |i| vec![i]);
     let has_nodes = phases.iter().any(|samples| samples.nodes.is_some());
-    let is_another =
-        |i: &Interpolation| has_nodes || interpolation.is_some() || *i != Interpolation::Polynomial;
+    let known = Interpolation::ALL.into_iter().filter(|i| has_nodes || *i != Interpolation::Polynomial);
+    let candidates = interpolation.map_or_else(|| known.collect(), |i| vec![i]);
     let mut best: Option<Sampled> = None;
-    for interpolation in candidates.into_iter().filter(is_another) {
+    for interpolation in candidates {
         let found = fly(ocp, phases, &extended, parameters, interpolation, settings)?;
         if best.as_ref().is_none_or(|b| found.deviation < b.deviation) {
             best = Some(found);

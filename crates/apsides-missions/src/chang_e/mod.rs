@@ -124,7 +124,7 @@ impl Mission for SixStageLanding {
                 keys::DECIDED,
             ],
         )
-        .nothing_at_zero(&[keys::HOVER_TIME])
+        .nothing_at_zero(&[keys::HOVER_TIME, keys::PATH_WEIGHT])
         .offering(Offers { dispersed: &dispersed::COLUMNS, ephemeris: true, ..Offers::default() })
     }
 

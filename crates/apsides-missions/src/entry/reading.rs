@@ -117,13 +117,14 @@ fn state_of_message(
 const SAME_MASS: f64 = 1e-6;
 
 fn start(v: &Values) -> Result<EntryState, Error> {
+    let [altitude, longitude, latitude, speed, path_angle, azimuth] = keys::START;
     Ok(EntryState {
-        altitude: v.number("entry_altitude_km")? * 1e3,
-        longitude: radians(v, "entry_longitude_deg")?,
-        latitude: radians(v, "entry_latitude_deg")?,
-        speed: v.number("entry_speed_m_s")?,
-        path_angle: radians(v, "entry_path_angle_deg")?,
-        azimuth: radians(v, "entry_azimuth_deg")?,
+        altitude: v.number(altitude)? * 1e3,
+        longitude: radians(v, longitude)?,
+        latitude: radians(v, latitude)?,
+        speed: v.number(speed)?,
+        path_angle: radians(v, path_angle)?,
+        azimuth: radians(v, azimuth)?,
     })
 }
 

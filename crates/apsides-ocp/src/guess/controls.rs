@@ -81,6 +81,7 @@ struct Fit<'a> {
     sizes: Vec<f64>,
     inputs: Vec<f64>,
     values: Vec<f64>,
+    slopes: Vec<f64>,
 }
 
 impl<'a> Fit<'a> {
@@ -102,6 +103,7 @@ impl<'a> Fit<'a> {
             sizes: sizes.map(size).collect(),
             inputs: vec![0.0; phase.states.len() + phase.controls.len() + parameters.len() + 1],
             values: vec![0.0; outputs],
+            slopes: Vec::new(),
         }
     }
 
@@ -115,10 +117,9 @@ impl<'a> Fit<'a> {
             }
             self.inputs[nx..nx + nu].copy_from_slice(controls);
             let time = self.initial_time + fraction * duration;
-            if !self.has_slopes(&*self.phase.dynamics, time) {
+            if !self.evaluate(&*self.phase.dynamics, time) {
                 return f64::INFINITY;
             }
-            self.evaluate(&*self.phase.dynamics, time);
             for (s, rate) in self.values[..nx].iter().enumerate() {
                 let state = &self.phase.states[s];
                 if state.initial == Bounds::FREE || state.terminal == Bounds::FREE {
@@ -128,10 +129,9 @@ impl<'a> Fit<'a> {
                 sum += ((duration * rate - change) / self.sizes[s]).powi(2);
             }
             for c in &self.phase.path {
-                if !self.has_slopes(&*c.function, time) {
+                if !self.evaluate(&*c.function, time) {
                     return f64::INFINITY;
                 }
-                self.evaluate(&*c.function, time);
                 for (row, value) in c.rows.iter().zip(&self.values) {
                     sum += (row.bounds.excess(*value).max(0.0) / row.size().unwrap_or(1.0)).powi(2);
                 }
@@ -140,26 +140,17 @@ impl<'a> Fit<'a> {
         if sum.is_finite() { sum } else { f64::INFINITY }
     }
 
-    fn has_slopes(&mut self, function: &dyn apsides_ad::NodeFunction, time: f64) -> bool {
-        let last = self.place(function, time);
-        let mut entries = vec![0.0; function.pattern().jacobian_len()];
-        function.jacobian(&self.inputs[..=last], &mut self.values[..function.outputs()], &mut entries);
-        entries.iter().all(|slope| slope.is_finite())
-    }
-
-    fn evaluate(&mut self, function: &dyn apsides_ad::NodeFunction, time: f64) {
-        let last = self.place(function, time);
-        function.value(&self.inputs[..=last], &mut self.values[..function.outputs()]);
-    }
-
-    /// Writes parameters and time where a function takes them; the place of the time.
-    fn place(&mut self, function: &dyn apsides_ad::NodeFunction, time: f64) -> usize {
+    /// The outputs of a function; true if its slopes are finite.
+    fn evaluate(&mut self, function: &dyn apsides_ad::NodeFunction, time: f64) -> bool {
         let width = self.phase.states.len() + self.phase.controls.len();
         let last = function.inputs() - 1;
         if last > width {
             self.inputs[width..last].copy_from_slice(self.parameters);
         }
         self.inputs[last] = time;
-        last
+        self.slopes.resize(function.pattern().jacobian_len(), 0.0);
+        let values = &mut self.values[..function.outputs()];
+        function.jacobian(&self.inputs[..=last], values, &mut self.slopes);
+        self.slopes.iter().all(|slope| slope.is_finite())
     }
 }

@@ -38,6 +38,9 @@ impl PhaseGuess {
         let slopes = self.slopes();
         let moves: Vec<bool> = (0..open.len()).map(|s| slopes.iter().any(|of| of[s] != 0.0)).collect();
         let mut rates = Rates::new(phase, parameters, open, &moves);
+        if rates.rows.is_empty() {
+            return;
+        }
         let (mut before, mut after) = (0.0, 0.0);
         let mut changed = self.clone();
         changed.change_samples(|k, fraction, x, u| {
@@ -59,54 +62,63 @@ impl PhaseGuess {
 struct Rates<'a> {
     phase: &'a Phase,
     parameters: &'a [f64],
-    open: &'a [bool],
+    inputs: Vec<f64>,
     values: Vec<f64>,
     entries: Vec<f64>,
     /// Row, free state and place in the entries of each slope of a rate by a free state.
     slopes: Vec<(usize, usize, usize)>,
+    /// The rows among them.
+    rows: Vec<usize>,
 }
 
 impl<'a> Rates<'a> {
-    fn new(phase: &'a Phase, parameters: &'a [f64], open: &'a [bool], moves: &[bool]) -> Self {
+    fn new(phase: &'a Phase, parameters: &'a [f64], open: &[bool], moves: &[bool]) -> Self {
         let pattern = phase.dynamics.pattern();
         let slopes = pattern.jacobian_entries().enumerate().filter_map(|(place, (row, input))| {
             let is_one = moves[row] && !open[row] && open.get(input).copied().unwrap_or(false);
             is_one.then_some((row, input, place))
         });
+        let slopes: Vec<_> = slopes.collect();
+        let mut rows: Vec<usize> = slopes.iter().map(|(row, _, _)| *row).collect();
+        rows.sort_unstable();
+        rows.dedup();
         Self {
             phase,
             parameters,
-            open,
+            inputs: Vec::new(),
             values: vec![0.0; phase.states.len()],
             entries: vec![0.0; pattern.jacobian_len()],
-            slopes: slopes.collect(),
+            slopes,
+            rows,
         }
     }
 
     fn evaluate(&mut self, x: &[f64], u: &[f64], time: f64) {
-        let mut inputs: Vec<f64> = x.iter().chain(u).copied().collect();
+        self.inputs.clear();
+        self.inputs.extend(x.iter().chain(u));
         if self.phase.takes_parameters(self.phase.dynamics.as_ref()) {
-            inputs.extend_from_slice(self.parameters);
+            self.inputs.extend_from_slice(self.parameters);
         }
-        inputs.push(time);
-        self.phase.dynamics.jacobian(&inputs, &mut self.values, &mut self.entries);
+        self.inputs.push(time);
+        self.phase.dynamics.jacobian(&self.inputs, &mut self.values, &mut self.entries);
     }
 
     /// The sum of the squares of what rates that depend on free states miss, relative to what is wanted of them.
     fn misfit(&mut self, x: &[f64], u: &[f64], time: f64, wanted: &[f64]) -> f64 {
         self.evaluate(x, u, time);
-        let rows = (0..self.open.len()).filter(|row| self.slopes.iter().any(|(r, _, _)| r == row));
-        let miss = |row: usize| {
+        let miss = |row: &usize| {
+            let row = *row;
             let size = self.values[row].abs().max(wanted[row].abs());
             if size > 0.0 { ((self.values[row] - wanted[row]) / size).powi(2) } else { 0.0 }
         };
-        let sum: f64 = rows.map(miss).sum();
+        let sum: f64 = self.rows.iter().map(miss).sum();
         if sum.is_finite() { sum } else { f64::INFINITY }
     }
 
     /// Moves the free states to where one rate after the other is the one wanted, to first order (S. Kaczmarz, 1937).
     fn sweep(&mut self, x: &mut [f64], u: &[f64], time: f64, wanted: &[f64]) {
-        for row in 0..self.open.len() {
+        for k in 0..self.rows.len() {
+            let row = self.rows[k];
             self.evaluate(x, u, time);
             let own = self.slopes.iter().filter(|(r, _, _)| *r == row);
             let square: f64 = own.clone().map(|(_, _, place)| self.entries[*place].powi(2)).sum();

@@ -102,6 +102,9 @@ impl Guess {
     fn meet(&self, ocp: &Ocp, tie: &Tie<'_>, row: usize, starts: &mut [Vec<f64>]) {
         let function = &tie.constraint.function;
         let miss = self.misses(tie, starts)[row];
+        if miss == 0.0 {
+            return;
+        }
         let pattern = function.pattern();
         let mut values = vec![0.0; tie.constraint.rows.len()];
         let mut entries = vec![0.0; pattern.jacobian_len()];
@@ -116,7 +119,7 @@ impl Guess {
             .collect();
         let square: f64 = slopes.iter().map(|((p, s), slope)| (size(*p, *s) * slope).powi(2)).sum();
         let step = -miss / square;
-        if miss == 0.0 || !step.is_finite() {
+        if !step.is_finite() {
             return;
         }
         for ((phase, state), slope) in slopes {

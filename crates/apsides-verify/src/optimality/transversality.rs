@@ -238,6 +238,9 @@ impl EndConditions<'_> {
             .iter()
             .map(along)
             .fold(self.trajectory.objective.abs(), |sum, of_phase| sum + of_phase);
+        if self.ocp.parameters.is_empty() {
+            return None;
+        }
         let curvature = EndGradient::curvature_of_cost(self.ocp, self.ends);
         let mut worst = Worst::default();
         for (i, p) in self.ocp.parameters.iter().enumerate() {

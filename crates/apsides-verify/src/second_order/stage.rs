@@ -321,6 +321,10 @@ fn states(
     (at_bounds, rows)
 }
 
+/// Part of its distance from a bound that a state on its way there has to cover at its speed in the time that is left: all of it at a constant speed,
+/// more where it slows down.
+const LEAST_SHARE: f64 = 0.5;
+
 /// True if a state near a bound comes down to it at the end of the phase, where it has to be at the bound, or leaves it from the start: along a bound
 /// it would not move. So many rows as there are stages on the way, of which each next one says less of the controls, hide what curvature there is.
 fn is_on_its_way(
@@ -334,7 +338,7 @@ fn is_on_its_way(
     let reaches = |end: Bounds, left: f64, sign: f64| {
         end.is_fixed()
             && end.lower == bound
-            && sign * towards * speed * left >= 0.5 * distance
+            && sign * towards * speed * left >= LEAST_SHARE * distance
             && distance > 0.0
     };
     let found = conditions.found;
