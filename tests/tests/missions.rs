@@ -376,6 +376,9 @@ fn price_of_the_floor() {
     assert!((prices[0].results["perilune_altitude_km"] - 1.0).abs() < IDENTITY);
     // A limit on the pitch rate that is infinite has no price.
     assert!(mission.priced_keys().all(|k| k.path != "max_pitch_rate_deg_s"));
+    // At zero it leaves the path out, with other states.
+    let flat = apsides::load("chang-e-3-flat", &[]).unwrap();
+    assert!(flat.priced_keys().all(|k| k.path != "adjustment_path_weight_kg_m"));
 }
 
 /// Neighbours with other phases are no start.
