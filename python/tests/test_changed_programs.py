@@ -116,7 +116,7 @@ def test_hundreds_of_mistakes_each_have_a_sentence_and_a_place():
 
 
 @pytest.mark.parametrize(("part", "other", "line", "sentence"), [
-    ('unit="km/s", lower=0, upper=9, start=0.001', 'unit="km/sec", lower=0, upper=9, start=0.001', 11, "no unit is named `sec`"),
+    ('unit="km/s", lower=0, upper=9, start=0.001', 'unit="km/sek", lower=0, upper=9, start=0.001', 11, "no unit is named `sek`"),
     ("start=(1000, 12000)", "start=(12000, 1000)", 12, "12000"),
     ("upper=9, start=0.001", "upper=9, start=float('nan')", 11, "nan"),
     ("upper=[500, 9]", "upper=[500, 9, 3]", 22, "3 elements for 2 names"),
