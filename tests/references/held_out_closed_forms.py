@@ -207,6 +207,12 @@ def race_car():
     return meeting + along + root(lambda t: leaving + t - missing * (1 - exp(-t)) - 1, 0, 5)
 
 
+def pull_within_a_power():
+    # Full force up to the speed of 1/2, then v^2 = 1/4 + t, then the brake of one.
+    speed = root(lambda v: 1 / 8 + 2 * (v**3 - 1 / 8) / 3 + v * v / 2 - 2, 0.5, 2)
+    return 1 / 2 + speed**2 - 1 / 4 + speed
+
+
 def gate_in_an_instant(end=10, at=4.321, width=0.01):
     def effort(t):
         x = -10 + 11 * exp(-(((t - at) / width) ** 2))
@@ -707,10 +713,14 @@ OPTIMA = {
     "oscillator_three_switches": lambda: oscillator(-5.0, 1.0),
     "oscillator_with_limited_speed": oscillator_speed_limit,
     "parameter_in_a_one_sided_range": lambda: 4,
+    "peak_of_a_slew": lambda: 1,
     "plane_change_by_a_parameter": lambda: plane_change_by_two_impulses() / 1000,
     "plane_change_by_two_impulses": plane_change_by_two_impulses,
     "product_of_integrals_of_two_phases": lambda: 1 / 2 + 1 / 16,
+    "pull_within_a_power": pull_within_a_power,
     "pulse_of_a_disturbance": lambda: effort_against(lambda t: 50 * exp(-(((t - 0.377) / 0.002) ** 2)), np.linspace(0.361, 0.393, 9)),
+    "push_that_halves_at_a_place": lambda: 2 * sqrt(3 / 2) + 1,
+    "push_that_the_speed_lowers": lambda: 1 + root(lambda t: 2 * t - 1 + exp(-t) - 3 / 2, 0, 5),
     "quadruple_integrator": lambda: 384 ** (1 / 4),
     "race_car": race_car,
     "ratio_of_integrals": lambda: 3,

@@ -12,6 +12,12 @@ use crate::settings::check_nonnegative;
 use crate::structure::Structure;
 use crate::{KktError, KktSettings};
 
+/// Part of the residual below which a fallback that has not converged was of use.
+const OF_USE: f64 = 1e-2;
+
+/// Most factorisations without a fallback after one that was of no use, as a power of two.
+const LONGEST_PAUSE: u32 = 5;
+
 /// The accuracy to which a system was solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolveQuality {
@@ -59,6 +65,10 @@ pub struct KktSystem {
     fallback: Option<Pivoted>,
     /// The fallback holds the factor of the present values.
     fallback_current: bool,
+    /// Fallbacks in a row that were of no use, and factorisations until there is one again: where a matrix is singular but for
+    /// rounding, no order of pivots solves it.
+    futile: u32,
+    pause: usize,
     factored: bool,
     /// Size of a row of the matrix: 1 after equilibration, else that of the smallest row.
     unit: f64,
@@ -130,6 +140,8 @@ impl KktSystem {
             factor,
             fallback: None,
             fallback_current: false,
+            futile: 0,
+            pause: 0,
             factored: false,
             unit: 0.0,
             rhs: std::array::from_fn(|_| vec![0.0; n]),
@@ -188,6 +200,7 @@ impl KktSystem {
             self.unit = smallest_row(largest);
         }
         self.counters.factorisations += 1;
+        self.pause = self.pause.saturating_sub(1);
         self.factored = true;
         let inertia = self.factor.factor(&self.scaled, &self.static_shifts, self.unit);
         if inertia.zero == 0 {
@@ -213,8 +226,8 @@ impl KktSystem {
     }
 
     /// Solves with the matrix last given to [`factor`](Self::factor), without the static shift. If refinement with
-    /// the LDL^T factor misses the tolerance, the pivoted LBL^T factorisation continues from its best solution; the
-    /// best solution met is returned with its true residual.
+    /// the LDL^T factor misses the tolerance, the pivoted LBL^T factorisation continues from its best solution, unless it was of no use
+    /// shortly before; the best solution met is returned with its true residual.
     ///
     /// # Errors
     /// No factor, slices not of length `n`, a right-hand side that is not finite.
@@ -288,6 +301,9 @@ impl KktSystem {
             fallback: false,
         });
         for k in (0..R).filter(|k| !direct[*k].converged) {
+            if self.pause > 0 && !self.fallback_current {
+                continue;
+            }
             self.pivoted()?;
             let Some(fallback) = &mut self.fallback else { continue };
             let (rhs, signs) = (&self.rhs[k], &self.static_shifts);
@@ -296,6 +312,9 @@ impl KktSystem {
             qualities[k].residual = pivoted.residual;
             qualities[k].refinements += pivoted.solves;
             qualities[k].fallback = true;
+            let is_of_use = pivoted.converged || pivoted.residual <= OF_USE * direct[k].residual;
+            self.futile = if is_of_use { 0 } else { (self.futile + 1).min(LONGEST_PAUSE) };
+            self.pause = if is_of_use { 0 } else { 1 << self.futile };
         }
         Ok(qualities)
     }

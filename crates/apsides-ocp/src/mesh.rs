@@ -64,6 +64,8 @@ pub struct Crossing {
     pub end: usize,
     /// Index among [`crate::Phase::kinks`].
     pub kink: usize,
+    /// True where the quantity passes its value upwards: the equations behind are those above it.
+    pub rising: bool,
 }
 
 /// The quantities whose behaviour along one arc of a phase is known.

@@ -9,6 +9,10 @@ use crate::layout::CollocationPhase;
 /// Least duration of an arc between breaks, as a part of the phase's in the guess.
 pub(crate) const LEAST_ARC: f64 = 1e-6;
 
+/// A state that passes a kink is beyond it at the interval end there by this part of its largest value: the node belongs to the interval behind, the
+/// rates of which may differ.
+const BEYOND: f64 = 1e-14;
+
 /// Sets the bounds of states and controls.
 pub(crate) fn set_variables(p: &CollocationPhase, start: &PhaseStart<'_>, limits: &mut Limits) {
     let phase = start.phase;
@@ -35,10 +39,20 @@ pub(crate) fn set_variables(p: &CollocationPhase, start: &PhaseStart<'_>, limits
     for (s, value) in states_held_at_end(p, start) {
         limits.set(p.state_column(last) + s, Bounds::fixed(value));
     }
+    // A state that starts at a kink is beyond it from there on.
+    for kink in &phase.kinks {
+        let Kink::State { state, value } = *kink else { continue };
+        let mut course = (1..=last).map(|node| start.point[p.state_column(node) + state] - value);
+        let away = course.find(|away| *away != 0.0);
+        if let Some(away) = away.filter(|_| phase.states[state].initial == Bounds::fixed(value)) {
+            limits.set(p.state_column(0) + state, Bounds::fixed(beyond(p, start, state, value, away > 0.0)));
+        }
+    }
     for c in p.mesh.crossings() {
         match phase.kinks[c.kink] {
             Kink::State { state, value } => {
-                limits.set(p.state_column(p.interval_start(c.end)) + state, Bounds::fixed(value));
+                let at = p.state_column(p.interval_start(c.end)) + state;
+                limits.set(at, Bounds::fixed(beyond(p, start, state, value, c.rising)));
             }
             Kink::Time(value) => {
                 let time = p.break_times().zip(p.mesh.breaks()).find(|(_, b)| b.end == c.end);
@@ -48,6 +62,13 @@ pub(crate) fn set_variables(p: &CollocationPhase, start: &PhaseStart<'_>, limits
             }
         }
     }
+}
+
+/// The value of a state beyond a kink that it passes.
+fn beyond(p: &CollocationPhase, start: &PhaseStart<'_>, state: usize, value: f64, rising: bool) -> f64 {
+    let along = (0..=p.nodes.len()).map(|node| start.point[p.state_column(node) + state].abs());
+    let size = along.fold(value.abs(), f64::max);
+    value + if rising { BEYOND * size } else { -BEYOND * size }
 }
 
 /// The states that a row holds along the last arc, with their values at the end of the phase, which is no collocation point: nothing else holds

@@ -36,6 +36,8 @@ pub(crate) struct Passage {
     pub(crate) at: f64,
     /// Index among the kinks of the phase.
     pub(crate) kink: usize,
+    /// True where it is passed upwards.
+    pub(crate) rising: bool,
 }
 
 /// Instants of one phase at which the next mesh has an interval end of free time.
@@ -110,7 +112,7 @@ pub(crate) fn with_breaks(
         touch_points.iter().map(|t| TouchPoint { end: index(t.at), ..t.point }).collect();
     touch_points.sort_by_key(|t| (t.end, t.row));
     let mut crossings: Vec<Crossing> =
-        crossings.iter().map(|c| Crossing { end: index(c.at), kink: c.kink }).collect();
+        crossings.iter().map(|c| Crossing { end: index(c.at), kink: c.kink, rising: c.rising }).collect();
     crossings.sort_by_key(|c| c.end);
     let mesh = PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?;
     Ok(mesh.with_touch_points(touch_points)?.with_crossings(crossings)?)

@@ -1,22 +1,9 @@
 //! Changes between what a quantity does: jumps and kinks, and when they are.
 
-use apsides_ocp::{ArcKind, PhaseMesh};
+use apsides_ocp::ArcKind;
 
 use crate::activity::{COLLAPSED, CROSSING, Class, NEAR, NodeSample, OSCILLATION, Run};
 use crate::quantity::{Quantity, QuantityKind};
-
-/// Breaks of different quantities closer than this part of the phase are one.
-const SAME: f64 = 1e-4;
-
-/// Where one of two controls that a row binds leaves its bound and the other one comes to its own within this part of the phase, the arc between is a
-/// jump of both: along a singular arc as short the cost does not tell.
-const BOUND: f64 = 1e-3;
-
-/// A kink closer than this part of the phase to a break of the mesh is there.
-const KINK_SETTLED: f64 = 1e-9;
-
-/// A kink within this part of the phase of a break that is not free is the same one, moved.
-const KINK_NEAR: f64 = 0.02;
 
 /// Distances beyond a node, in halves of that to the node before, within which a kink is looked for.
 const REACH: usize = 8;
@@ -29,9 +16,6 @@ const LEAST_NODES: usize = 3;
 
 /// Multiples of what is near a bound from which on a control is away from it.
 const CLEAR: f64 = 10.0;
-
-/// Part of the way from a break to another zero within which both are where they were before.
-const CAME_BACK: f64 = 0.2;
 
 /// A switching function of the wrong sign, relative to its largest value, that is none of rounding; certificates allow less.
 const EVIDENT: f64 = 1e-5;
@@ -59,18 +43,13 @@ pub(crate) struct Change {
     /// True where a control leaves a bound that it is held at, or comes to it, without a jump.
     pub(crate) is_continuous: bool,
     /// True where the quantity meets a bound with a jump, or leaves it.
-    jumps: bool,
+    pub(crate) jumps: bool,
+    /// Where it meets a bound without a jump that it is pushed against up to the end of the arc there.
+    pub(crate) corner: Option<f64>,
+    /// Indices of the last node before and of the first one after.
+    pub(crate) nodes: (usize, usize),
     /// Where the switching function changes its sign shortly before and after a break that stands at another zero of it.
-    zeros: [Option<f64>; 2],
-}
-
-/// A break that the next mesh has at another zero of its switching function.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Displaced {
-    quantity: usize,
-    /// Where it stood, and where it was put.
-    from: f64,
-    to: f64,
+    pub(crate) zeros: [Option<f64>; 2],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -151,6 +130,8 @@ fn change(
     } else {
         [None; 2]
     };
+    let is_corner = !crosses && is_kink(a, b) && !jumps && is_pushed_to_edge(samples, a, b);
+    let corner = if is_corner { meeting(samples, a, b) } else { None };
     let is_continuous = !is_apart && is_continuous(samples, a, b);
     let is_pushed = kind == ChangeKind::Kink
         && (is_pushed(&samples[a.first..=a.last]) || is_pushed(&samples[b.first..=b.last]));
@@ -165,6 +146,8 @@ fn change(
         is_pushed,
         is_continuous,
         jumps,
+        corner,
+        nodes: (a.last, b.first),
         zeros,
     }
 }
@@ -293,141 +276,6 @@ fn is_kink(a: &Run, b: &Run) -> bool {
     bound.last - bound.first >= CROSSING && between.last - between.first > CROSSING
 }
 
-/// Changes of a control whose switching function has other zeros beside a break. A break is stationary at each zero; where the function has
-/// the wrong sign on one side, it belongs to the zero there, and where it has on both, the control switches at all three. What was put at that
-/// zero and came back belongs to neither: between the two the control is at no bound.
-fn at_other_zeros(changes: &mut Vec<Change>, before: &[Displaced]) -> Vec<Displaced> {
-    let mut more = Vec::new();
-    let mut displaced = Vec::new();
-    for c in changes.iter_mut().filter(|c| c.known.is_some()) {
-        match std::mem::take(&mut c.zeros) {
-            [Some(before), Some(after)] => {
-                let change = |at, known, from, to| Change {
-                    at,
-                    known,
-                    from,
-                    to,
-                    gap: (before, after),
-                    zeros: [None; 2],
-                    ..*c
-                };
-                more.push(change(c.at, c.known, c.to, c.from));
-                more.push(change(after, None, c.from, c.to));
-                (c.at, c.known) = (before, None);
-            }
-            [Some(zero), None] | [None, Some(zero)] => {
-                let came_back = |d: &&Displaced| {
-                    let near = CAME_BACK * (d.from - d.to).abs();
-                    d.quantity == c.quantity && (d.from - c.at).abs() < near && (d.to - zero).abs() < near
-                };
-                if !before.iter().any(|d| came_back(&d)) {
-                    displaced.push(Displaced { quantity: c.quantity, from: c.at, to: zero });
-                    (c.at, c.known) = (zero, None);
-                    continue;
-                }
-                let (from, to) = (c.from, c.to);
-                let classes = if zero < c.at { (from, Class::Between) } else { (Class::Between, to) };
-                if zero < c.at {
-                    c.from = Class::Between
-                } else {
-                    c.to = Class::Between
-                }
-                let gap = (zero.min(c.at), zero.max(c.at));
-                let end = Change {
-                    at: zero,
-                    known: None,
-                    from: classes.0,
-                    to: classes.1,
-                    gap,
-                    zeros: [None; 2],
-                    ..*c
-                };
-                more.push(end);
-            }
-            [None, None] => {}
-        }
-    }
-    changes.extend(more);
-    displaced
-}
-
-/// A control that jumps to a bound, or off it, does so where another quantity jumps between the same nodes.
-fn at_jumps_of_others(changes: &mut [Change]) {
-    let jumps: Vec<(usize, f64, Option<f64>)> = (changes.iter())
-        .filter(|c| c.kind == ChangeKind::Jump)
-        .map(|c| (c.quantity, c.at, c.known))
-        .collect();
-    for c in changes.iter_mut().filter(|c| c.kind == ChangeKind::Unclear && c.jumps) {
-        let is_here = |at: f64| (c.gap.0..=c.gap.1).contains(&at);
-        let mut here = jumps.iter().filter(|(quantity, at, _)| *quantity != c.quantity && is_here(*at));
-        if let (Some((_, at, known)), None) = (here.next(), here.next()) {
-            (c.kind, c.at, c.known) = (ChangeKind::Jump, *at, *known);
-        }
-    }
-}
-
-/// Gives every change the break that it belongs to, or joins it with others close by. Takes the breaks that the last mesh had displaced, and
-/// returns those that the next one has.
-pub(crate) fn settle(
-    changes: &mut Vec<Change>,
-    mesh: &PhaseMesh,
-    before: &[Displaced],
-    are_bound: impl Fn(usize, usize) -> bool,
-) -> Vec<Displaced> {
-    let times = |free: bool| -> Vec<f64> {
-        mesh.breaks().iter().filter(|b| b.free == free).map(|b| mesh.fractions()[b.end]).collect()
-    };
-    let nearest = |times: &[f64], c: &Change, low: f64, high: f64| -> Option<f64> {
-        let inside = times.iter().copied().filter(|f| (low..=high).contains(f));
-        inside.min_by(|a, b| (a - c.at).abs().total_cmp(&(b - c.at).abs()))
-    };
-    let (free, pinned) = (times(true), times(false));
-    for c in changes.iter_mut() {
-        match c.kind {
-            // Nearest to the estimate of those between the two nodes.
-            ChangeKind::Jump | ChangeKind::Junction => {
-                c.known = nearest(&free, c, c.gap.0, c.gap.1);
-                c.at = c.known.unwrap_or(c.at);
-            }
-            ChangeKind::Kink => {
-                c.known = nearest(&pinned, c, c.at - KINK_NEAR, c.at + KINK_NEAR);
-                c.at = c.known.filter(|f| (f - c.at).abs() < KINK_SETTLED).unwrap_or(c.at);
-            }
-            ChangeKind::Unclear => {}
-        }
-    }
-    let displaced = at_other_zeros(changes, before);
-    at_jumps_of_others(changes);
-    changes.sort_by(|a, b| a.at.total_cmp(&b.at));
-    for i in 1..changes.len() {
-        let (before, rest) = changes.split_at_mut(i);
-        let c = &mut rest[0];
-        let clear = |c: &Change| c.kind != ChangeKind::Unclear;
-        let Some(last) = before.iter().rposition(clear).filter(|_| clear(c)) else { continue };
-        let at = before[last].at;
-        let same_quantity = before.iter().any(|b| clear(b) && b.quantity == c.quantity && b.at == at);
-        let last = &mut before[last];
-        let jumps = c.kind == ChangeKind::Jump && last.kind == ChangeKind::Jump;
-        // A control that jumps where a row meets its bound does so there.
-        let meets = [c.kind, last.kind].contains(&ChangeKind::Junction) && c.kind != last.kind;
-        // Where one of two controls that a row binds leaves its bound as the other one comes to its own, the arc between is a jump of both.
-        let is_between = last.to == Class::Between && c.from == Class::Between && c.at - last.at < BOUND;
-        let is_one =
-            c.known.is_none() && c.at - last.at < SAME || is_between && are_bound(last.quantity, c.quantity);
-        // Two kinks, or a jump and a kink, are kept apart as far as an arc between them can last.
-        let same = if jumps { is_one } else { c.at - last.at < COLLAPSED }
-            || meets && c.known.is_none() && c.gap.0 <= last.gap.1;
-        if same && !same_quantity && c.known.is_some() && last.kind == ChangeKind::Kink && last.is_continuous
-        {
-            // Where a row meets its bound its condition tells the time better.
-            (last.at, last.known) = (c.at, c.known);
-        } else if same && !same_quantity {
-            (c.at, c.known) = (last.at, last.known);
-        }
-    }
-    displaced
-}
-
 /// End of a pulse that has the same area as the nodes in it.
 fn pulse_end(samples: &[NodeSample], a: &Run, b: &Run) -> f64 {
     let pulse = if a.is_pulse { a } else { b };
@@ -459,25 +307,39 @@ fn jumps(samples: &[NodeSample], a: &Run, b: &Run, is_steered: bool) -> bool {
     if between.last - between.first < CROSSING + 1 {
         return false;
     }
-    let is_lower = bound.class == Class::Lower;
-    let distance = |i: usize| if is_lower { samples[i].above_lower } else { samples[i].below_upper };
-    let push = |i: usize| if is_lower { samples[i].slope } else { -samples[i].slope };
-    let edge = 0.5 * (samples[a.last].fraction + samples[b.first].fraction);
-    // Not less than half of it is left at the edge of what is there at a node further on.
-    let lasts = |value: &dyn Fn(usize) -> f64, i: usize, j: usize| {
-        let (fi, fj) = (samples[i].fraction, samples[j].fraction);
-        value(i) + (value(i) - value(j)) * (edge - fi) / (fi - fj) > 0.5 * value(i)
-    };
+    let distance =
+        |i: usize| if bound.class == Class::Lower { samples[i].above_lower } else { samples[i].below_upper };
     let (i, j) = (step(near, 1), step(near, 2));
-    if !lasts(&distance, i, j) || distance(i) <= EVIDENT {
+    if !lasts(samples, distance, [i, j], edge(samples, a, b)) || distance(i) <= EVIDENT {
         return false;
     }
     if is_steered || distance(i) > 2.0 * NEAR {
         return distance(i) > 2.0 * NEAR;
     }
-    let (k, l) =
-        if a.class == Class::Between { (b.first + 1, b.first + 2) } else { (a.last - 1, a.last - 2) };
-    bound.last - bound.first > CROSSING && push(k) > OSCILLATION && lasts(&push, k, l)
+    is_pushed_to_edge(samples, a, b)
+}
+
+/// The place between the last node of a run and the first one of the next.
+fn edge(samples: &[NodeSample], a: &Run, b: &Run) -> f64 {
+    0.5 * (samples[a.last].fraction + samples[b.first].fraction)
+}
+
+/// True where not less than half of a value at the first of two nodes is left at the edge, on the line through both.
+fn lasts(samples: &[NodeSample], value: impl Fn(usize) -> f64, [i, j]: [usize; 2], edge: f64) -> bool {
+    let (fi, fj) = (samples[i].fraction, samples[j].fraction);
+    value(i) + (value(i) - value(j)) * (edge - fi) / (fi - fj) > 0.5 * value(i)
+}
+
+/// True where what pushes a quantity against the bound of one of two runs, the other of which is between the bounds, does not vanish at the edge
+/// of that run. The node at the edge itself has a part of what is beyond.
+fn is_pushed_to_edge(samples: &[NodeSample], a: &Run, b: &Run) -> bool {
+    let bound = if a.class == Class::Between { b } else { a };
+    if bound.last - bound.first <= CROSSING {
+        return false;
+    }
+    let push = |i: usize| if bound.class == Class::Lower { samples[i].slope } else { -samples[i].slope };
+    let nodes = if a.class == Class::Between { [b.first + 1, b.first + 2] } else { [a.last - 1, a.last - 2] };
+    push(nodes[0]) > OSCILLATION && lasts(samples, push, nodes, edge(samples, a, b))
 }
 
 /// True where a quantity that is held at a bound is still pushed against it at the end of its arc, and is away from it on the other side. Where
@@ -582,6 +444,7 @@ fn crossing(a: &NodeSample, b: &NodeSample) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settling::KINK_SETTLED;
 
     /// Nodes of one interval at a lower bound, a tenth apart, with these values of the switching function.
     fn at_lower_bound(slopes: [f64; 4]) -> Vec<NodeSample> {

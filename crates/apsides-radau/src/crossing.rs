@@ -1,7 +1,8 @@
 //! Crossings: instants at which a state passes a value where the equations have a kink.
 //!
 //! A polynomial across a kink converges slowly and makes the mesh fine there. An interval end at the kink restores the order; its time is an
-//! unknown, and the state has its value there. Since the rates are continuous, the costates are too.
+//! unknown, and the state has its value there. Where the rates are continuous, the costates are too. Where they jump, the node at the interval
+//! end belongs to what is behind it, and the multiplier of the value is the jump of the costate.
 
 use apsides_ocp::explicit_time::behind;
 use apsides_ocp::{Guess, Kink, Mesh, Ocp, Phase, PhaseGuess, PhaseTrajectory, Trajectory};
@@ -34,7 +35,11 @@ impl Crossings {
     /// The crossings of the trajectory, compared with those of its mesh.
     pub(crate) fn step(&mut self, ocp: &Ocp, trajectory: &Trajectory) -> Passages {
         let of_mesh = |t: &PhaseTrajectory| -> Vec<Passage> {
-            let passage = |c: &apsides_ocp::Crossing| Passage { at: t.mesh.fractions()[c.end], kink: c.kink };
+            let passage = |c: &apsides_ocp::Crossing| Passage {
+                at: t.mesh.fractions()[c.end],
+                kink: c.kink,
+                rising: c.rising,
+            };
             t.mesh.crossings().iter().map(passage).collect()
         };
         let old: Vec<_> = trajectory.phases.iter().map(of_mesh).collect();
@@ -104,7 +109,8 @@ fn forced(phase: &Phase, guess: &PhaseGuess) -> Vec<Passage> {
         let rises = start.upper < value && end.lower > value;
         let first = above(value, 0.0);
         if (falls || rises) && first * above(value, 1.0) < 0.0 {
-            found.push(Passage { at: zero(&mut |at| above(value, at), 0.0, 1.0, first), kink: index });
+            let at = zero(&mut |at| above(value, at), 0.0, 1.0, first);
+            found.push(Passage { at, kink: index, rising: rises });
         }
     }
     ordered(found)
@@ -114,7 +120,11 @@ fn forced(phase: &Phase, guess: &PhaseGuess) -> Vec<Passage> {
 fn at_time(phase: &Phase, kink: usize, [start, end]: [f64; 2]) -> Option<Passage> {
     let Kink::Time(value) = phase.kinks[kink] else { return None };
     let at = (behind(value) - start) / (end - start);
-    (!phase.has_fixed_times() && at > COLLAPSED && at < 1.0 - COLLAPSED).then_some(Passage { at, kink })
+    (!phase.has_fixed_times() && at > COLLAPSED && at < 1.0 - COLLAPSED).then_some(Passage {
+        at,
+        kink,
+        rising: true,
+    })
 }
 
 /// The mesh with an interval end at each kink of the time within the phases of a guess: at `all`, or at those that the phases cannot end
@@ -172,7 +182,8 @@ fn passages(phase: &Phase, t: &PhaseTrajectory) -> Vec<Passage> {
                 continue;
             }
             let here = known.iter().copied().find(|f| (start..at).contains(f));
-            found.push(Passage { at: here.unwrap_or_else(|| zero(&mut above, start, at, first)), kink });
+            let at = here.unwrap_or_else(|| zero(&mut above, start, at, first));
+            found.push(Passage { at, kink, rising: first < 0.0 });
         }
     }
     ordered(found)

@@ -5,13 +5,13 @@ use apsides_ocp::{Mesh, Ocp, Trajectory};
 use crate::RadauError;
 use crate::boundary_arcs::with_long_intervals;
 use crate::breaks::{Instants, with_instants};
-use crate::change::Displaced;
 use crate::contact::{Contacts, NextContacts, SolvedMesh};
 use crate::crossing::{Crossings, Passages};
 use crate::error_estimate::Estimate;
 use crate::mesh_solve::MeshSolve;
 use crate::refinement::refine;
 use crate::settings::RadauSettings;
+use crate::settling::Displaced;
 use crate::state_bounds::without_arcs;
 use crate::switches::{Known, Structure};
 

@@ -105,6 +105,7 @@ mod saddle;
 pub mod scales;
 pub mod session;
 pub mod settings;
+mod settling;
 mod smoothness;
 mod solved;
 pub mod solver;

@@ -35,8 +35,9 @@ const MOST_CAUGHT: usize = 3;
 /// Most meshes that are solved again since quantities are much smaller than their scales.
 const MOST_RESCALED: usize = 3;
 
-/// Iterations of a solve with breaks, unless it is the first.
+/// Iterations of a solve that starts from the mesh before; with breaks, and without.
 const MOST_ITERATIONS_WITH_BREAKS: usize = 200;
+const MOST_ITERATIONS_LATER: usize = 1000;
 
 /// Iterations on a first mesh across kinks, before one with interval ends there is tried.
 const MOST_ITERATIONS_WITH_KINKS: usize = 300;
@@ -222,8 +223,10 @@ impl<'a> MeshSequence<'a> {
         if self.last.is_none() {
             settings.max_iterations = settings.max_iterations.min(self.attempt.most_iterations);
         }
-        if has_arcs(&self.attempt.mesh) && self.last.is_some() {
-            settings.max_iterations = settings.max_iterations.min(MOST_ITERATIONS_WITH_BREAKS);
+        if self.last.is_some() {
+            let has_arcs = has_arcs(&self.attempt.mesh);
+            let most = if has_arcs { MOST_ITERATIONS_WITH_BREAKS } else { MOST_ITERATIONS_LATER };
+            settings.max_iterations = settings.max_iterations.min(most);
         }
         if self.forced.is_some() {
             settings.max_iterations = settings.max_iterations.min(MOST_ITERATIONS_WITH_KINKS);

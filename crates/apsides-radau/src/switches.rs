@@ -17,12 +17,13 @@ use crate::activity::{
     settle_inside,
 };
 use crate::breaks::{ArcBreak, Instants, with_breaks};
-use crate::change::{Change, ChangeKind, Displaced, changes, settle};
+use crate::change::{Change, ChangeKind, changes};
 use crate::crossed::leave_crossed;
 use crate::determined::{are_bound, determined};
 use crate::layout::CollocationPhase;
 use crate::quantity::{Quantity, QuantityKind, quantities};
 use crate::row_bends::row_bends;
+use crate::settling::{Displaced, settle};
 use crate::transcription::Transcription;
 
 /// Part of an interval by which a break is off its place at most where the error of the interval is its own.
@@ -335,7 +336,11 @@ fn phase_structure<'a>(
     }
     found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));
     let are_bound = |a: usize, b: usize| are_bound(phase, &quantities, a, b);
-    found.displaced = settle(&mut found.changes, &t.mesh, displaced, are_bound);
+    let have_common_control = |a: usize, b: usize| {
+        let [a, b] = [a, b].map(|k: usize| quantities[k].kind);
+        a != b && (0..phase.controls.len()).any(|c| a.is_moved_by(phase, c) && b.is_moved_by(phase, c))
+    };
+    found.displaced = settle(&mut found.changes, &t.mesh, displaced, are_bound, have_common_control);
     found.quantities = quantities;
     found
 }

@@ -77,7 +77,7 @@ fn an_interval_ends_at_the_kink() {
     assert!(at_kink.accurate && at_kink.meshes.len() <= 3, "{:?}", at_kink.meshes);
     let t = &at_kink.trajectory.phases[0];
     assert!((at_kink.trajectory.objective - effort).abs() < MESH * effort);
-    let [Crossing { end, kink: 0 }] = *t.mesh.crossings() else { panic!("{:?}", t.mesh.crossings()) };
+    let [Crossing { end, kink: 0, .. }] = *t.mesh.crossings() else { panic!("{:?}", t.mesh.crossings()) };
     let found = t.time_at(t.mesh.fractions()[end]);
     assert!((found - time).abs() < MESH_TIME, "{found}, expected {time}");
     // The costate, minus twice the control, is continuous there.
@@ -94,7 +94,7 @@ fn an_interval_ends_at_the_kink() {
     // A kink that the state does not pass changes nothing.
     let kinks = [Kink::State { state: 0, value: 3.0 }, Kink::State { state: 0, value: 0.0 }];
     let with_other = solve(phase().kinks(kinks), settings);
-    assert_eq!(with_other.trajectory.phases[0].mesh.crossings(), [Crossing { end, kink: 1 }]);
+    assert_eq!(with_other.trajectory.phases[0].mesh.crossings(), [Crossing { end, kink: 1, rising: true }]);
     assert_eq!(with_other.trajectory.objective, at_kink.trajectory.objective);
 }
 
