@@ -39,7 +39,7 @@ const TABLE: [(Exit, &str); 8] = [
     (Exit::BadInput, "bad input: a sentence on stderr says what is allowed; nothing is written"),
     (
         Exit::NotSolved,
-        "not solved: not converged or infeasible; a time limit ended the work; a flight failed (simulate), no gains hold (tune), ends are missing (footprint), no site is safe (hazard). What was found is shown and written",
+        "not solved: not converged or infeasible; a time limit ended the work; a flight failed (simulate), no gains hold (tune), ends are missing (footprint), parts are not at their end (merge), no site is safe (hazard). What was found is shown and written",
     ),
     (
         Exit::NotVerified,

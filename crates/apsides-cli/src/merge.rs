@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use apsides::pipeline::digest::sha256;
 use apsides::pipeline::regular_file;
 use apsides::pipeline::shard::{Joined, Part, SHARD, Shard};
-use apsides_report::merge_samples;
+use apsides_report::{merge_samples, recount};
 
 use crate::arguments::MergeArguments;
 use crate::commands::{claim, probe_directory};
@@ -23,7 +23,11 @@ pub(crate) fn merge(a: &MergeArguments) -> Result<Exit, Refusal> {
     for place in &a.parts {
         for place in parts_of(place)? {
             let shard = Shard::read(&place.join(SHARD)).map_err(refusal)?;
-            parts.push(Part { place, shard });
+            let mut part = Part { place, shard };
+            if part.shard.command != COMMAND {
+                recount(&mut part).map_err(|e| refusal(format!("{}: {e}", part.place.display())))?;
+            }
+            parts.push(part);
         }
     }
     let joined = Joined::of(parts, a.partly).map_err(refusal)?;
@@ -37,6 +41,7 @@ pub(crate) fn merge(a: &MergeArguments) -> Result<Exit, Refusal> {
             joined.levels.join(", ")
         ));
     }
+    joined.unfinished.iter().for_each(|sentence| warn(sentence));
     probe_directory(&a.out)?;
     let _lock = claim(&a.out)?;
     if joined.whole.command == COMMAND {
@@ -51,7 +56,12 @@ pub(crate) fn merge(a: &MergeArguments) -> Result<Exit, Refusal> {
     }
     let mission = &joined.whole.mission;
     show(&Shown { mission, statistics: &statistics, earlier: 0, files: &files })?;
-    Ok(of_samples(&statistics))
+    Ok(of_samples(&statistics).or(of_unfinished(&joined)))
+}
+
+/// The status of parts of which something is missing.
+fn of_unfinished(joined: &Joined) -> Exit {
+    if joined.unfinished.is_empty() { Exit::Verified } else { Exit::NotSolved }
 }
 
 /// Joins the tables of parts of a sweep.
@@ -70,8 +80,8 @@ fn merge_sweep(a: &MergeArguments, joined: &Joined) -> Result<Exit, Refusal> {
             return Err(of_part("its rows are not those of its manifest: run its command again".into()));
         }
         let rows = table.append(&text).map_err(|e| of_part(e.sentence))?;
-        if rows != part.shard.count {
-            return Err(of_part(format!("it has {rows} rows, its manifest {}", part.shard.count)));
+        if rows != part.shard.done {
+            return Err(of_part(format!("it has {rows} rows, its manifest {}", part.shard.done)));
         }
     }
     let [rows, failed] = table.counts();
@@ -85,7 +95,7 @@ fn merge_sweep(a: &MergeArguments, joined: &Joined) -> Result<Exit, Refusal> {
         print(&format!("{rows} cases of {}{failures}\n", joined.whole.mission));
         files.iter().for_each(|file| print(&format!("written: {file}\n")));
     }
-    Ok(exit)
+    Ok(exit.or(of_unfinished(joined)))
 }
 
 /// A part, or the parts in a directory that is none.

@@ -10,7 +10,7 @@ use apsides::pipeline::digest::sha256;
 use apsides::pipeline::shard::{SHARD, Shard, ShardState};
 use apsides::pipeline::unit_ending::{name_of, unit_of};
 use apsides::pipeline::whole_file::{WholeFile, publish_together};
-
+use apsides_nlp::Status;
 use apsides_report::{Axis, Figure, Page, Series};
 
 use crate::commands::made;
@@ -53,6 +53,11 @@ struct Record {
     /// A cell for each column of prices.
     prices: Vec<String>,
     last: [String; 5],
+}
+
+/// True for the last columns of a case whose solve a signal or a time limit ended.
+fn is_ended(last: &[String; 5]) -> bool {
+    last[0] == Status::Interrupted.word()
 }
 
 /// Refuses the directory of a table with other columns of keys, or with cases that are not among these.
@@ -128,7 +133,7 @@ impl SweepFile {
         });
     }
 
-    /// Adds the rows of another table of the same cases.
+    /// Adds the rows of another table of the same cases, but for those whose solve was ended, and returns their number.
     pub(crate) fn append(&mut self, table: &[u8]) -> Result<usize, Refusal> {
         let mut reader = csv::Reader::from_reader(table);
         let heads: Vec<String> = reader.headers().map_err(refusal)?.iter().map(str::to_owned).collect();
@@ -150,6 +155,9 @@ impl SweepFile {
             let mut last = LAST.map(|_| String::new());
             for (cell, text) in last.iter_mut().zip(cells(results.end + self.prices.len()..heads.len())) {
                 *cell = text;
+            }
+            if is_ended(&last) {
+                continue;
             }
             self.rows.push(Record {
                 values: cells(0..self.keys.len()).collect(),
@@ -267,7 +275,9 @@ impl SweepFile {
 
     /// A manifest with what the rows tell.
     fn counted(&self, shard: Shard, text: &[u8]) -> Shard {
-        let [done, failed] = self.counts();
+        let ended = self.rows.iter().filter(|row| is_ended(&row.last)).count();
+        let [rows, without] = self.counts();
+        let (done, failed) = (rows - ended, without - ended);
         let state = match (done == shard.count, failed) {
             (false, _) => ShardState::Interrupted,
             (true, 0) => ShardState::Complete,

@@ -7,6 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
+use apsides::pipeline::digest::sha256;
 use apsides::pipeline::shard::{SHARD, Shard, ShardState};
 use support::{apsides, path, stderr, stdout, table};
 
@@ -127,7 +128,7 @@ fn parts_of_other_runs_are_refused_by_name() {
             .contains(concat!("the version of the program is ", env!("CARGO_PKG_VERSION")))
     );
     assert!(stated(&|s| s.total = 61).contains("the number of samples or cases is 60 of the one, 61"));
-    assert!(stated(&|s| s.state = ShardState::Running).contains("is not complete (at work, or killed)"));
+    assert!(stated(&|s| s.done = 29).contains("has 29 of 30 by its manifest, and is complete"));
     // A manifest that somebody edited.
     let text = sound.to_file();
     fs::write(&manifest, text.replace("\"first\": 30", "\"first\": 31")).unwrap();
@@ -202,11 +203,10 @@ fn a_status_tells_failures_from_work_that_is_left() {
     let shard = Shard::read(&out.join(SHARD)).unwrap();
     assert_eq!(shard.state, ShardState::Interrupted);
     assert!(shard.done > 0 && shard.done < shard.count && shard.rows_sha256.is_none());
-    let refused = refusal(&[&out], &dir.path().join("none"));
-    assert!(
-        refused.contains(&format!("is not complete (interrupted): {} of 10000000", shard.done)),
-        "{refused}"
-    );
+    let o = merge(&[&out], &dir.path().join("some"));
+    assert_eq!(o.status.code(), Some(3), "{}", stderr(&o));
+    let told = format!("(interrupted) has {} of 10000000 samples", shard.done);
+    assert!(stderr(&o).contains(&told), "{}", stderr(&o));
 
     for (range, words) in [
         (&["--first", "60"][..], "--first 60: the run has --samples 60, of indices 0 to 59"),
@@ -259,8 +259,9 @@ fn a_full_disk_under_one_part_is_told_and_loses_no_other() {
         .unwrap();
     assert_eq!(o.status.code(), Some(5), "{}", stderr(&o));
     assert!(stderr(&o).contains("montecarlo.csv"), "{}", stderr(&o));
-    let refused = refusal(&[&at("parts")], &at("none"));
-    assert!(refused.contains("parts/1` is not complete (at work, or killed)"), "{refused}");
+    let o = merge(&[&at("parts")], &at("some"));
+    assert_eq!(o.status.code(), Some(3), "{}", stderr(&o));
+    assert!(stderr(&o).contains("parts/1` (at work, or killed) has "), "{}", stderr(&o));
     // With room again the same command goes on from what is there.
     let o = apsides(&second);
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
@@ -277,6 +278,55 @@ fn a_full_disk_under_one_part_is_told_and_loses_no_other() {
         .unwrap();
     assert_eq!(o.status.code(), Some(5), "{}", stderr(&o));
     assert!(!at("full").exists(), "{:?}", fs::read_dir(at("full")).map(|d| d.count()));
+}
+
+/// Whole rows of a part that was killed count, with the faults among them; the manifest is that of its beginning then.
+#[test]
+fn rows_of_a_part_that_was_killed_are_joined() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let (a, b) = (at("parts/a"), at("parts/b"));
+    assert_eq!(part(&a, "0", "20", &[]).status.code(), Some(0));
+    assert_eq!(part(&b, "20", "40", &[]).status.code(), Some(0));
+    let sound = fs::read_to_string(a.join("montecarlo.csv")).unwrap();
+    let cut: String = sound.lines().take(12).map(|line| format!("{line}\n")).collect();
+    fs::write(a.join("montecarlo.csv"), cut + "11,0.5").unwrap();
+    let complete = Shard::read(&a.join(SHARD)).unwrap();
+    let begun = Shard {
+        state: ShardState::Running,
+        done: 0,
+        rows_sha256: None,
+        linear_covariance: None,
+        ..complete.clone()
+    };
+    fs::write(a.join(SHARD), begun.to_file()).unwrap();
+    let fault = |index: usize| format!("{{\"index\":{index},\"seed\":0,\"message\":\"broke off\"}}\n");
+    fs::write(a.join("faults.jsonl"), fault(3) + &fault(15)).unwrap();
+    let o = merge(&[&at("parts")], &at("some"));
+    assert_eq!(o.status.code(), Some(3), "{}", stderr(&o));
+    let told = stderr(&o).replace('\n', " ");
+    for words in [
+        "(at work, or killed) has 11 of 20 samples, 9 are missing",
+        "apsides montecarlo .. --first 0 --count 20 --out",
+        "sample 3 of seed 0",
+    ] {
+        assert!(told.contains(words), "{words}: {told}");
+    }
+    assert!(!told.contains("sample 15") && stdout(&o).contains("51 flights of"), "{told}{}", stdout(&o));
+    let joined = Shard::read(&at("some").join(SHARD)).unwrap();
+    assert_eq!((joined.state, joined.done, joined.count), (ShardState::Interrupted, 51, 60));
+    assert_eq!(joined.linear_covariance, complete.linear_covariance);
+    // The rows of all parts, in their order.
+    let rows = fs::read_to_string(at("some").join("montecarlo.csv")).unwrap();
+    let indices: Vec<usize> =
+        rows.lines().skip(1).map(|row| row.split(',').next().unwrap().parse().unwrap()).collect();
+    assert_eq!(indices, (0..11).chain(20..60).collect::<Vec<_>>());
+    // The command of the part goes on, and the same merge is complete.
+    fs::remove_file(a.join("faults.jsonl")).unwrap();
+    assert_eq!(part(&a, "0", "20", &[]).status.code(), Some(0));
+    assert_eq!(fs::read_to_string(a.join("montecarlo.csv")).unwrap(), sound);
+    assert_eq!(merge(&[&at("parts")], &at("some")).status.code(), Some(0));
+    assert_eq!(Shard::read(&at("some").join(SHARD)).unwrap().state, ShardState::Complete);
 }
 
 #[test]
@@ -311,6 +361,21 @@ fn parts_of_a_sweep_are_joined() {
     let text = fs::read_to_string(at("parts/1/sweep.csv")).unwrap();
     fs::write(at("parts/1/sweep.csv"), text.replace("optimal", "acceptable")).unwrap();
     assert!(refusal(&[&at("parts")], &at("none")).contains("its rows are not those of its manifest"));
+    // A part whose last case was ended has one case less, and counts with the others.
+    fs::write(at("parts/1/sweep.csv"), &text).unwrap();
+    let sound = Shard::read(&at("parts/1/shard.json")).unwrap();
+    let ended: Vec<&str> = text.lines().collect();
+    let ended = format!("{}\n{}\n{}\n", ended[0], ended[1], ended[2].replace("optimal", "interrupted"));
+    fs::write(at("parts/1/sweep.csv"), &ended).unwrap();
+    let rows_sha256 = Some(sha256(ended.as_bytes()));
+    let part = Shard { done: 1, state: ShardState::Interrupted, rows_sha256, ..sound };
+    fs::write(at("parts/1/shard.json"), part.to_file()).unwrap();
+    let o = merge(&[&at("parts")], &at("some"));
+    assert_eq!(o.status.code(), Some(3), "{}", stderr(&o));
+    assert!(stderr(&o).contains("(interrupted) has 1 of 2 cases, 1 are missing"), "{}", stderr(&o));
+    assert_eq!(table(&at("some/sweep.csv")).len(), table(&at("whole/sweep.csv")).len() - 1);
+    let some = Shard::read(&at("some/shard.json")).unwrap();
+    assert_eq!((some.done, some.count, some.state), (4, 5, ShardState::Interrupted));
     let within = sweep("parts/x", &["--chain", "2", "--first", "1"]);
     assert_eq!(within.status.code(), Some(2));
     assert!(stderr(&within).contains("case 1 is not the first of a chain of 2 cases"), "{}", stderr(&within));

@@ -212,6 +212,21 @@ pub struct Part {
     pub shard: Shard,
 }
 
+impl Part {
+    /// A sentence about a part that is not at its end; none of one that is.
+    fn lacks(&self) -> Option<String> {
+        let Shard { command, done, count, first, state, .. } = &self.shard;
+        let missing = count.checked_sub(*done).filter(|missing| *missing > 0)?;
+        let place = self.place.display();
+        let counted = if command == "sweep" { "cases" } else { "samples" };
+        Some(format!(
+            "`{place}` ({}) has {done} of {count} {counted}, {missing} are missing: its own command (`apsides {command} .. --first \
+             {first} --count {count} --out {place}`) goes on from them, then merge again",
+            state.words()
+        ))
+    }
+}
+
 /// Parts in the order of their indices, with what they make together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joined {
@@ -219,24 +234,26 @@ pub struct Joined {
     pub parts: Vec<Part>,
     /// The manifest of all of them as one, complete but for what depends on the rows.
     pub whole: Shard,
+    /// Parts that are not at their end, as sentences: what they lack, and how to finish them.
+    pub unfinished: Vec<String>,
     /// Levels of vector instructions, where parts come from machines whose arithmetic differs.
     pub levels: Vec<String>,
 }
 
 impl Joined {
-    /// Puts parts in order. With `partly` they need not begin at the first index of the run nor end at its last.
+    /// Puts parts in order. With `partly` they need not begin at the first index of the run nor end at its last. A part that was ended before its
+    /// end counts with what it has (`done`).
     ///
     /// # Errors
-    /// Parts that are not complete, that state different things, overlap or leave a gap; each by name.
+    /// Parts of which nothing is there, that state different things, overlap or leave a gap; each by name.
     pub fn of(mut parts: Vec<Part>, partly: bool) -> Result<Self, Error> {
         let refused = |reason: String| Err(Error::Conflict { place: "merge".into(), reason });
         for Part { place, shard } in &parts {
-            if !shard.state.is_complete() || shard.done != shard.count {
-                let Shard { done, count, .. } = shard;
+            let Shard { done, count, state, .. } = shard;
+            if done > count || (state.is_complete() && done != count) {
+                let (place, words) = (place.display(), state.words());
                 return refused(format!(
-                    "`{}` is not complete ({}): {done} of {count} are there; its own command goes on from them",
-                    place.display(),
-                    shard.state.words()
+                    "`{place}` has {done} of {count} by its manifest, and is {words}: run its command again"
                 ));
             }
         }
@@ -246,6 +263,21 @@ impl Joined {
         if let Some((part, what)) = parts.iter().find_map(|p| Some((p, difference(&head.shard, &p.shard)?))) {
             let (a, b) = (head.place.display(), part.place.display());
             return refused(format!("`{a}` and `{b}` are not of one run: {what}"));
+        }
+        // A part that was killed has none yet.
+        let mut with_covariance =
+            parts.iter().filter(|p| p.shard.state.is_complete() || p.shard.linear_covariance.is_some());
+        let plan = with_covariance.next();
+        let linear_covariance = plan.and_then(|p| p.shard.linear_covariance.clone());
+        if let Some((one, other)) =
+            plan.zip(with_covariance.find(|p| p.shard.linear_covariance != linear_covariance))
+        {
+            let (a, b) = (one.place.display(), other.place.display());
+            return refused(format!(
+                "`{a}` and `{b}` are not of one run: the covariance by the state-transition matrix differs, so that their \
+                 plans do ({}, {})",
+                one.shard.vectors, other.shard.vectors
+            ));
         }
         let mut next = if partly { head.shard.first } else { 0 };
         let mut before: Option<&Part> = None;
@@ -270,21 +302,26 @@ impl Joined {
         };
         let (levels, arithmetic) = (kinds(|s| &s.vectors), kinds(|s| &s.arithmetic));
         let sum = |of: fn(&Shard) -> usize| parts.iter().map(|p| of(&p.shard)).sum::<usize>();
+        let unfinished: Vec<String> = parts.iter().filter_map(Part::lacks).collect();
+        if sum(|s| s.done) == 0 && !unfinished.is_empty() {
+            return refused(format!("nothing of the parts is there yet: {}", unfinished.join("; ")));
+        }
         let whole = Shard {
             vectors: levels.join(BETWEEN),
             arithmetic: arithmetic.join(BETWEEN),
             count: sum(|s| s.count),
             done: sum(|s| s.done),
             failed: sum(|s| s.failed),
-            state: if sum(|s| s.failed) > 0 {
-                ShardState::CompleteWithFailures
-            } else {
-                ShardState::Complete
+            state: match (unfinished.is_empty(), sum(|s| s.failed)) {
+                (false, _) => ShardState::Interrupted,
+                (true, 0) => ShardState::Complete,
+                (true, _) => ShardState::CompleteWithFailures,
             },
+            linear_covariance,
             faults: parts.iter().flat_map(|p| p.shard.faults.clone()).collect(),
             ..head.shard
         };
-        Ok(Self { whole, levels: if arithmetic.len() > 1 { levels } else { Vec::new() }, parts })
+        Ok(Self { whole, unfinished, levels: if arithmetic.len() > 1 { levels } else { Vec::new() }, parts })
     }
 }
 
@@ -325,15 +362,7 @@ fn difference(a: &Shard, b: &Shard) -> Option<String> {
     if let Some(name) = names.into_iter().find(|name| value(a, name) != value(b, name)) {
         return words(&format!("`{name}`"), &value(a, name), &value(b, name));
     }
-    if a.statement_sha256 != b.statement_sha256 {
-        return Some("values of the mission differ".into());
-    }
-    (a.linear_covariance != b.linear_covariance).then(|| {
-        format!(
-            "the covariance by the state-transition matrix differs, so that their plans do ({}, {})",
-            a.vectors, b.vectors
-        )
-    })
+    (a.statement_sha256 != b.statement_sha256).then(|| "values of the mission differ".into())
 }
 
 #[cfg(test)]
@@ -416,9 +445,7 @@ mod tests {
                 },
                 "`mass_kg` is null of the one, 1.0 of the other",
             ),
-            (&|s| s.done = 49, "`b` is not complete (complete): 49 of 50 are there"),
-            (&|s| s.state = ShardState::Running, "`b` is not complete (at work, or killed)"),
-            (&|s| s.state = ShardState::Interrupted, "`b` is not complete (interrupted)"),
+            (&|s| s.done = 49, "`b` has 49 of 50 by its manifest, and is complete: run its command again"),
         ] {
             let sentence = changed(change);
             assert!(sentence.contains(words), "{words}: {sentence}");
@@ -436,6 +463,38 @@ mod tests {
         c.shard.vectors = joined.whole.vectors.clone();
         let again = Joined::of(vec![c, b], false).unwrap();
         assert_eq!(again.whole.vectors, joined.whole.vectors);
+    }
+
+    #[test]
+    fn a_part_that_was_ended_counts_with_what_it_has() {
+        let [mut a, mut b] = [part("a", 0..50), part("b", 50..100)];
+        b.shard.linear_covariance = Some(vec![1.0]);
+        (a.shard.state, a.shard.done) = (ShardState::Running, 20);
+        let joined = Joined::of(vec![a.clone(), b.clone()], false).unwrap();
+        let whole = &joined.whole;
+        assert_eq!((whole.count, whole.done, whole.state), (100, 70, ShardState::Interrupted));
+        // That of the part which is at its end.
+        assert_eq!(whole.linear_covariance, Some(vec![1.0]));
+        assert_eq!(
+            joined.unfinished,
+            [
+                "`a` (at work, or killed) has 20 of 50 samples, 30 are missing: its own command (`apsides montecarlo .. --first 0 \
+              --count 50 --out a`) goes on from them, then merge again"
+            ]
+        );
+        // All of it is there, only its manifest is not at the end.
+        a.shard.done = 50;
+        let joined = Joined::of(vec![a.clone(), b.clone()], false).unwrap();
+        assert_eq!((joined.whole.state, joined.unfinished.len()), (ShardState::Complete, 0));
+        a.shard.done = 51;
+        assert!(refusal(&[a.clone(), b.clone()]).contains("`a` has 51 of 50 by its manifest"));
+        // Nothing at all.
+        for part in [&mut a, &mut b] {
+            (part.shard.state, part.shard.done) = (ShardState::Interrupted, 0);
+        }
+        assert!(
+            refusal(&[a, b]).contains("nothing of the parts is there yet: `a` (interrupted) has 0 of 50")
+        );
     }
 
     #[test]

@@ -100,7 +100,7 @@ pub use footprint::{footprint_map, write_footprint};
 pub use hazard_picture::HazardPicture;
 pub use html::{headline_beside_objective, render_html, render_page};
 pub use map_picture::MapPicture;
-pub use montecarlo::{SampleTable, merge_samples, state_samples, write_samples, write_shard};
+pub use montecarlo::{SampleTable, merge_samples, recount, state_samples, write_samples, write_shard};
 pub use multipliers::{
     ConstraintMultipliers, ContactMultiplier, CostateJump, IntegralMultipliers, Multipliers, PathMultipliers,
 };

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use apsides_pipeline::montecarlo::{Statistics, statistics_in_passes};
 use apsides_pipeline::regular_file;
-use apsides_pipeline::shard::{Joined, SHARD, Shard, ShardState};
+use apsides_pipeline::shard::{Joined, Part, SHARD, Shard, ShardState};
 use apsides_pipeline::whole_file::WholeFile;
 use serde_json::Value;
 
 use crate::files::{Item, failed, json, replace_beside};
+use crate::sample_faults::FaultFile;
 use crate::sample_figure::{Picture, SampleFigure};
 use crate::sample_file::{RUN, RowsDigest, SampleLayout, StoredSamples};
 use crate::sample_page::page;
@@ -76,6 +77,28 @@ pub fn write_samples(
     Ok((statistics, files))
 }
 
+/// Sets the number of samples of a part that is not at its end to that of the rows which are there, and adds the faults among them: the manifest
+/// of a part that was killed is that of its beginning.
+///
+/// # Errors
+/// Rows of other columns; the system's.
+pub fn recount(part: &mut Part) -> Result<(), ReportError> {
+    let Part { place, shard } = part;
+    if shard.state.is_complete() {
+        return Ok(());
+    }
+    let (names, columns) = (stated_words(shard, DEVIATIONS)?, stated_words(shard, RESULTS)?);
+    let layout = SampleLayout { names: &names, columns: &columns, statement: "", first: shard.first };
+    let done = StoredSamples::in_directory(place, &layout)?.whole_rows(shard.count)?;
+    let end = shard.first + done;
+    let mut faults = FaultFile::read(place, end)?;
+    faults.extend(shard.faults.iter().filter(|fault| fault.index < end).cloned());
+    faults.sort_by_key(|fault| fault.index);
+    faults.dedup_by_key(|fault| fault.index);
+    (shard.done, shard.faults) = (done, faults);
+    Ok(())
+}
+
 /// Joins the samples of parts into a directory, which then has what a single run would have written. `told` gets the number of samples that were
 /// read.
 ///
@@ -105,7 +128,9 @@ pub fn merge_samples(
             SampleLayout { names: &names, columns: &columns, statement: &text, first: part.shard.first };
         let stored = StoredSamples::in_directory(&part.place, &layout)?;
         let stated = part.shard.rows_sha256.as_deref().unwrap_or_default();
-        sources.push(Source { stored, count: part.shard.count, stated: Some((&part.place, stated)) });
+        // That of a part at work does not state its rows yet.
+        let stated = part.shard.state.is_complete().then_some((&*part.place, stated));
+        sources.push(Source { stored, count: part.shard.done, stated });
         statement.get_or_insert(text);
     }
     let statement = statement.unwrap_or_default();

@@ -29,18 +29,27 @@ impl FaultFile {
     /// When the file cannot be read or written.
     pub fn open(dir: &Path, before: usize) -> Result<(Self, Vec<Fault>), ReportError> {
         let path = dir.join(FAULTS);
+        let faults = Self::read(dir, before)?;
+        if path.exists() {
+            let kept: Vec<u8> = faults.iter().flat_map(line).collect();
+            write_whole(&path, &kept).map_err(failed("write", &path))?;
+        }
+        Ok((Self { path, file: None }, faults))
+    }
+
+    /// The faults of the samples before an index in the file of another process; none where there is no file.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub(crate) fn read(dir: &Path, before: usize) -> Result<Vec<Fault>, ReportError> {
+        let path = dir.join(FAULTS);
         if !path.exists() {
-            return Ok((Self { path, file: None }, Vec::new()));
+            return Ok(Vec::new());
         }
         let text = regular_file::read(&path).map_err(failed("read", &path))?;
         let lines = text.split(|byte| *byte == b'\n');
-        let faults: Vec<Fault> = lines
-            .filter_map(|line| serde_json::from_slice(line).ok())
-            .filter(|fault: &Fault| fault.index < before)
-            .collect();
-        let kept: Vec<u8> = faults.iter().flat_map(line).collect();
-        write_whole(&path, &kept).map_err(failed("write", &path))?;
-        Ok((Self { path, file: None }, faults))
+        let faults = lines.filter_map(|line| serde_json::from_slice(line).ok());
+        Ok(faults.filter(|fault: &Fault| fault.index < before).collect())
     }
 
     /// Appends a fault.

@@ -130,6 +130,20 @@ impl StoredSamples {
         Ok(Self { path: dir.join(DATA), format, first: layout.first })
     }
 
+    /// The number of whole rows from the first index on without a gap, not more than a limit. A row that was altered counts: it is found where
+    /// rows are read.
+    pub(crate) fn whole_rows(&self, limit: usize) -> Result<usize, ReportError> {
+        let mut rows = self.format.open(&self.path)?;
+        let mut count = 0;
+        while count < limit {
+            match rows.next().map_err(failed("read", &self.path))? {
+                Some((_, sample)) if sample.index == self.first + count => count += 1,
+                _ => break,
+            }
+        }
+        Ok(count)
+    }
+
     /// The file.
     #[must_use]
     pub fn path(&self) -> &Path {
