@@ -169,6 +169,9 @@ pub(crate) fn settle(record: Option<Record>, dir: &Path, complete: bool, exit: E
         say(&format!("solves are not kept: {why}"));
         return exit.or(Exit::Unwritten);
     }
+    if record.found() > 0 && !is_json() {
+        print(&format!("taken over from an earlier run: {} solves\n", record.found()));
+    }
     if complete {
         record.remove();
     } else {

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use support::{apsides, path, signal, spawn, stderr};
+use support::{apsides, path, signal, spawn, stderr, stdout};
 
 /// Solves that are kept in a directory.
 fn kept(dir: &Path) -> usize {
@@ -60,7 +60,9 @@ fn a_sweep_that_is_killed_goes_on_case_by_case() {
     let words = |all: &[String]| all.iter().map(String::as_str).collect::<Vec<_>>().join("\n");
     let (whole, parted) = (words(&sweep("whole")), words(&sweep("parted")));
     let (whole, parted): (Vec<&str>, Vec<&str>) = (whole.lines().collect(), parted.lines().collect());
-    assert_eq!(apsides(&whole).status.code(), Some(0));
+    let o = apsides(&whole);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(!stdout(&o).contains("earlier run"), "{}", stdout(&o));
     let solves = at("parted/.apsides-solves");
     ended(&parted, &solves, 2, "-KILL");
     assert!(!at("parted/sweep.csv").exists());
@@ -70,6 +72,7 @@ fn a_sweep_that_is_killed_goes_on_case_by_case() {
     let o = apsides(&parted);
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
     assert_eq!(table(&at("parted/sweep.csv")), table(&at("whole/sweep.csv")));
+    assert!(stdout(&o).contains("taken over from an earlier run: "), "{}", stdout(&o));
     assert!(!solves.exists() && !at("whole/.apsides-solves").exists());
 }
 

@@ -1,5 +1,6 @@
 //! The outcome of a solve, and its summary for files and scripts.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use apsides_nlp::{SolveReport, Status};
@@ -150,7 +151,7 @@ pub struct Curve {
 #[derive(Clone, Debug, Default)]
 pub struct Decisions {
     /// Numbers of keys that were open, as they were decided.
-    pub values: Vec<(&'static str, f64)>,
+    pub values: Vec<(Cow<'static, str>, f64)>,
     /// Sites, in the order of the flight.
     pub sites: Vec<ChosenSite>,
 }

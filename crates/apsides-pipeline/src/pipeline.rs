@@ -314,6 +314,10 @@ impl Pipeline {
     /// # Errors
     /// When the values do not make a problem, no site is fit, or the work is cancelled; the sentence names what comes nearest.
     pub fn decide(&self) -> Result<Decisions, Error> {
+        self.kept_decisions()
+    }
+
+    pub(crate) fn decide_anew(&self) -> Result<Decisions, Error> {
         self.mission.decide(&self.run.cancellation)
     }
 
@@ -366,10 +370,9 @@ impl Pipeline {
     ) -> Result<Outcome, Error> {
         self.optimised()?;
         self.kept(start, margins, self.run.priced, || {
-            let begin = Instant::now();
-            let decisions = self.decide()?;
-            let decided = self.decided(&decisions)?;
-            let outcome = decided.solve_decided(decisions, begin, start, margins, observer)?;
+            let (begin, decisions) = (Instant::now(), self.decide()?);
+            let outcome =
+                self.decided(&decisions)?.solve_decided(decisions, begin, start, margins, observer)?;
             Ok(Outcome { mission_file: self.to_file(), ..outcome })
         })
     }

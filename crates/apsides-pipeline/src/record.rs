@@ -1,6 +1,6 @@
 //! Solves on disk: work that was ended goes on from there.
 //!
-//! While a [`Record`] is open, every solve of a mission is kept in its directory, under a digest of all that decides it: the mission with its
+//! While a [`Record`] is open, every solve of a mission, and what it decides before, is kept in its directory, under a digest of all that decides it: the mission with its
 //! values, the seed, the trajectory it starts from. The same work done again takes from there what is done, to the last bit, and solves the
 //! rest; a file that was altered is none. The directory is removed when the work is complete.
 
@@ -16,13 +16,14 @@ use sha2::{Digest as _, Sha256};
 
 use crate::Error;
 use crate::digest::digits;
-use crate::outcome::{Outcome, Price, Reduced, Summary};
+use crate::outcome::{Decisions, Outcome, Price, Reduced, Summary};
 use crate::pipeline::Pipeline;
 use crate::regular_file;
 use crate::sealed::{seal, unseal};
 use crate::whole_file::write_whole;
 use stored::Stored;
 
+mod decided;
 mod stored;
 
 /// Name of the directory of solves in a directory of results.
@@ -44,6 +45,10 @@ pub(crate) struct Directory {
     /// The first failure to keep a solve.
     lost: Mutex<Option<String>>,
     found: Mutex<usize>,
+    /// True if solves of earlier work were there at the beginning.
+    goes_on: bool,
+    /// The decisions of the mission that was decided last, with its digest: a solve asks for them several times.
+    decided: Mutex<Option<(String, Decisions)>>,
 }
 
 impl Record {
@@ -53,15 +58,17 @@ impl Record {
     /// The system's.
     pub fn open(path: &Path) -> io::Result<Self> {
         fs::create_dir_all(path)?;
-        let directory =
-            Arc::new(Directory { path: path.into(), lost: Mutex::default(), found: Mutex::default() });
+        let directory = Arc::new(Directory::at(path));
         *OPEN.write().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&directory));
         Ok(Self(directory))
     }
 
-    /// Solves that were taken from the directory.
+    /// Solves that were taken from those that earlier work left in the directory.
     #[must_use]
     pub fn found(&self) -> usize {
+        if !self.0.goes_on {
+            return 0;
+        }
         *self.0.found.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -144,6 +151,12 @@ const REPEATABLE: [Status; 8] = [
 ];
 
 impl Directory {
+    fn at(path: &Path) -> Self {
+        let (lost, found, decided) = Default::default();
+        let goes_on = fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some());
+        Self { path: path.into(), lost, found, goes_on, decided }
+    }
+
     /// A digest of all that decides a solve.
     pub(crate) fn key(
         &self,

@@ -1,7 +1,7 @@
 //! Landing sites that a mission chose on maps.
 
 use std::any::Any;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use serde::{Deserialize, Serialize};
 
@@ -10,21 +10,34 @@ use serde::{Deserialize, Serialize};
 pub struct ChosenSite {
     /// The site in the summary of a mission.
     pub summary: SiteSummary,
-    /// The choice with its map, as a type of the crate that made it.
-    choice: Arc<dyn Any + Send + Sync>,
+    /// The choice with its map, as a type of the crate that made it; found at its first use where the site was read from a file.
+    choice: Arc<Choice>,
 }
+
+type Made = Option<Arc<dyn Any + Send + Sync>>;
+type Choice = LazyLock<Made, Box<dyn FnOnce() -> Made + Send>>;
 
 impl ChosenSite {
     /// A site and the choice that it comes from.
     pub fn new(summary: SiteSummary, choice: impl Any + Send + Sync) -> Self {
-        Self { summary, choice: Arc::new(choice) }
+        let made: Arc<dyn Any + Send + Sync> = Arc::new(choice);
+        Self::kept(summary, move || Some(made))
+    }
+
+    /// A site that was chosen earlier, whose choice is made again where it is asked for.
+    pub(crate) fn kept(summary: SiteSummary, again: impl FnOnce() -> Made + Send + 'static) -> Self {
+        Self { summary, choice: Arc::new(LazyLock::new(Box::new(again))) }
+    }
+
+    pub(crate) fn choice(&self) -> Made {
+        (**self.choice).clone()
     }
 
     /// The choice as a type of the crate that made it, for elevation maps `SiteSelection` of `apsides-terrain`; none where it is of another
-    /// type.
+    /// type, and where it cannot be made again.
     #[must_use]
     pub fn choice_as<T: Any>(&self) -> Option<&T> {
-        self.choice.downcast_ref()
+        (**self.choice).as_ref()?.downcast_ref()
     }
 }
 

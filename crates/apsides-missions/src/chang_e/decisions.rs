@@ -55,8 +55,8 @@ pub(super) fn decide(landing: &SixStageLanding, cancellation: &Cancellation) -> 
         };
         let velocity = *landing.lander.gate_velocity.get_or_insert(own);
         let mass = *landing.gate_mass.get_or_insert(mass);
-        decisions.values.extend(keys::GATE_VELOCITY.into_iter().zip(velocity));
-        decisions.values.push((keys::GATE_MASS, mass));
+        decisions.values.extend(keys::GATE_VELOCITY.map(Into::into).into_iter().zip(velocity));
+        decisions.values.push((keys::GATE_MASS.into(), mass));
     }
     let (coarse, fine) = (landing.coarse.is_open(), landing.fine.is_open());
     if !coarse && !fine {
@@ -73,7 +73,7 @@ pub(super) fn decide(landing: &SixStageLanding, cancellation: &Cancellation) -> 
         return Err(Error::in_mission("maps need a flight in space"));
     };
     landing.adjusted_speed = Some(upward);
-    decisions.values.push((keys::ADJUSTED_SPEED, upward));
+    decisions.values.push((keys::ADJUSTED_SPEED.into(), upward));
     let mut mass_at_hover = None;
     if coarse {
         let radius = landing.coarse_radius();
@@ -89,7 +89,7 @@ pub(super) fn decide(landing: &SixStageLanding, cancellation: &Cancellation) -> 
         let chosen = site.site();
         landing.coarse.site = chosen.offset.map(Some);
         mass_at_hover = chosen.divert.reached().map(|propellant| mass - propellant);
-        decisions.values.extend(COARSE.site.into_iter().zip(chosen.offset));
+        decisions.values.extend(COARSE.site.map(Into::into).into_iter().zip(chosen.offset));
         decisions.sites.push(ChosenSite::new(summary(&site), site));
     }
     if fine {
@@ -111,7 +111,7 @@ pub(super) fn decide(landing: &SixStageLanding, cancellation: &Cancellation) -> 
             end_speed: AFTER_FINE_AVOIDANCE,
             divert_cost: FINE_DIVERT_COST,
         })?;
-        decisions.values.extend(FINE.site.into_iter().zip(site.site().offset));
+        decisions.values.extend(FINE.site.map(Into::into).into_iter().zip(site.site().offset));
         decisions.sites.push(ChosenSite::new(summary(&site), site));
     }
     Ok(decisions)
