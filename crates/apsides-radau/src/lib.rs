@@ -106,6 +106,7 @@ pub mod scales;
 pub mod session;
 pub mod settings;
 mod settling;
+mod shortfall;
 mod smoothness;
 mod solved;
 pub mod solver;

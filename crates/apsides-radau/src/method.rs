@@ -1,9 +1,10 @@
 //! Collocation as a [`Method`].
 
 use apsides_nlp::Observer;
-use apsides_ocp::method::{Accuracy, Counters, Deficiency, Remedy, Warning};
+use apsides_ocp::method::{Counters, Warning};
 use apsides_ocp::{Method, MethodError, Ocp, Solution, Start};
 
+use crate::shortfall::shortfall;
 use crate::{Radau, RadauSolution};
 
 /// The name of the method.
@@ -26,7 +27,7 @@ impl Method for Radau {
             None => self.uniform_mesh(problem).map_err(MethodError::by(NAME))?,
         };
         let solution = self.solve_on(problem, &start.guess, mesh, observer).map_err(MethodError::by(NAME))?;
-        let mut solution = self.common(solution);
+        let mut solution = self.common(problem, solution);
         solution.warnings.extend(Warning::without_control(problem));
         Ok(solution)
     }
@@ -34,22 +35,11 @@ impl Method for Radau {
 
 impl Radau {
     /// The solution in the form that all methods share.
-    fn common(&self, solution: RadauSolution) -> Solution {
-        let last = solution.meshes.last();
-        let (error, tolerance) = (last.map_or(f64::NAN, |m| m.error), self.settings.tolerance);
-        let accuracy = vec![Accuracy::new("error between the points", error, tolerance, "tolerance")];
-        let refinements = solution.meshes.len().saturating_sub(1);
-        let deficiency = if solution.stalled {
-            Deficiency::stalled(&accuracy, refinements, Remedy::Raise(&["tolerance", "path_tolerance"]))
-        } else {
-            // The next mesh would have been too large, or one too many.
-            let too_large = refinements < self.settings.max_refinements;
-            let setting: &[&str] = if too_large { &["max_total_points"] } else { &["max_refinements"] };
-            Deficiency::inaccurate(&accuracy, refinements, Remedy::Raise(setting))
-        };
+    fn common(&self, problem: &Ocp, solution: RadauSolution) -> Solution {
+        let (accuracy, deficiency) = shortfall(problem, &self.settings, &solution);
         Solution {
             deficiency: (!solution.accurate).then_some(deficiency),
-            accuracy,
+            accuracy: vec![accuracy],
             counters: Counters::total(solution.meshes.iter().map(|m| m.counters)),
             unmet: solution.unmet,
             warnings: solution.warnings.into_iter().map(Warning::Scale).collect(),

@@ -11,6 +11,8 @@ use super::accuracy::Accuracy;
 pub struct Deficiency {
     /// The reason.
     pub reason: Reason,
+    /// Its likely cause in words, as it stands in a sentence, where that is known.
+    pub cause: Option<String>,
     /// Each of these may mend it.
     pub remedies: Vec<Remedy>,
 }
@@ -76,14 +78,14 @@ impl Deficiency {
     #[must_use]
     pub fn inaccurate(measures: &[Accuracy], refinements: usize, remedy: Remedy) -> Self {
         let reason = Reason::Inaccurate { measures: measures.to_vec(), refinements };
-        Self { reason, remedies: vec![remedy] }
+        Self { reason, cause: None, remedies: vec![remedy] }
     }
 
     /// A discretisation that is too coarse by its measures of accuracy and that the last of so many refinements did not better.
     #[must_use]
     pub fn stalled(measures: &[Accuracy], refinements: usize, remedy: Remedy) -> Self {
         let reason = Reason::Stalled { measures: measures.to_vec(), refinements };
-        Self { reason, remedies: vec![remedy] }
+        Self { reason, cause: None, remedies: vec![remedy] }
     }
 
     /// The word for files and scripts.
@@ -116,6 +118,9 @@ impl Deficiency {
                  it does not converge"
             ),
         };
+        if let Some(cause) = &self.cause {
+            text += &format!("; {cause}");
+        }
         for (k, remedy) in self.remedies.iter().enumerate() {
             text.push_str(if k == 0 { "; " } else { ", or " });
             match remedy {
@@ -188,7 +193,8 @@ mod tests {
     #[test]
     fn sentences_name_measures_and_settings() {
         let reason = Reason::Inaccurate { measures: vec![accuracy(2e-7)], refinements: 3 };
-        let deficiency = Deficiency { reason, remedies: vec![Remedy::Raise(&["max_refinements"])] };
+        let remedies = vec![Remedy::Raise(&["max_refinements"])];
+        let deficiency = Deficiency { reason, cause: None, remedies };
         assert_eq!(deficiency.word(), "mesh-limit");
         assert_eq!(
             deficiency.to_string(),
@@ -196,6 +202,9 @@ mod tests {
         );
         let keys = deficiency.sentence(&|setting| format!("radau.{setting}"));
         assert!(keys.ends_with("above `radau.tolerance` = 1.0e-8; raise `radau.max_refinements`"), "{keys}");
+        let deficiency = Deficiency { cause: Some("there `throttle` switches".into()), ..deficiency };
+        let ended = deficiency.to_string();
+        assert!(ended.ends_with(" = 1.0e-8; there `throttle` switches; raise `max_refinements`"), "{ended}");
     }
 
     #[test]
@@ -203,7 +212,7 @@ mod tests {
         let remedies = vec![Remedy::Raise(&["intervals", "points", "order"]), Remedy::Method("radau")];
         let exceeded =
             Exceeded { phase: "turn".into(), name: "rate".into(), amount: 0.25, unit: "rad/s".into() };
-        let deficiency = Deficiency { reason: Reason::BoundsExceeded(vec![exceeded]), remedies };
+        let deficiency = Deficiency { reason: Reason::BoundsExceeded(vec![exceeded]), cause: None, remedies };
         assert_eq!(
             deficiency.to_string(),
             "limits along the flight that the method does not impose are exceeded (phase `turn`, `rate` by 2.500e-1 rad/s); raise \

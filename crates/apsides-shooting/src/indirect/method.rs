@@ -92,7 +92,12 @@ impl Method for DirectIndirect {
             Reason::NotConverged { method: NAME, status: solution.status, instead: self.direct.name() };
         let remedies = vec![Remedy::Raise(&["intervals"]), Remedy::Method(self.direct.name())];
         let instead = Some(self.direct.name());
-        Ok(Solution { warnings, deficiency: Some(Deficiency { reason, remedies }), instead, ..direct })
+        Ok(Solution {
+            warnings,
+            deficiency: Some(Deficiency { reason, cause: None, remedies }),
+            instead,
+            ..direct
+        })
     }
 }
 
@@ -142,6 +147,7 @@ impl IndirectShooting {
             )],
             deficiency: (!exceeded.is_empty()).then(|| Deficiency {
                 reason: Reason::BoundsExceeded(exceeded.clone()),
+                cause: None,
                 remedies: vec![Remedy::Method(DIRECT)],
             }),
             counters: Counters {
