@@ -9,13 +9,20 @@ use crate::transcription::Transcription;
 /// Ratio of a scale to what it should be that calls for a warning: the tolerance of the solver is then off by as much.
 const EXTREME: f64 = 1e6;
 
+/// Part of a scale below which a size is round-off of zero, such as the cosine of a right angle: it says nothing of what is usual.
+const ROUNDING: f64 = 1e-14;
+
+/// True for a size that is neither zero nor what rounding leaves of it.
+fn is_known(size: f64, scale: f64) -> bool {
+    size > ROUNDING * scale && size.is_finite()
+}
+
 /// Scales that are extreme at the start, the worst row of each constraint.
 pub(crate) fn scale_warnings(nlp: &mut Transcription, ocp: &Ocp) -> Vec<ScaleWarning> {
     let Changes { rows, objective } = nlp.changes();
     let mut warnings = Vec::new();
     let mut add = |warning: ScaleWarning| {
-        let comparable = warning.size > 0.0 && warning.size.is_finite();
-        if !comparable || warning.factor() < EXTREME {
+        if !is_known(warning.size, warning.scale) || warning.factor() < EXTREME {
             return;
         }
         let same = |w: &&mut ScaleWarning| w.subject == warning.subject && w.phase == warning.phase;
@@ -39,7 +46,7 @@ pub(crate) fn scale_warnings(nlp: &mut Transcription, ocp: &Ocp) -> Vec<ScaleWar
             || largest_bound(nlp.row_limits.lower[r], nlp.row_limits.upper[r]),
             |stated| largest_bound(stated.lower, stated.upper),
         );
-        let off = |size: f64| size > 0.0 && (size / scale).max(scale / size) >= EXTREME;
+        let off = |size: f64| is_known(size, scale) && (size / scale).max(scale / size) >= EXTREME;
         if !off(change) && !off(bound) {
             continue;
         }

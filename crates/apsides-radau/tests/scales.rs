@@ -81,14 +81,19 @@ fn the_least_duration_of_a_phase_is_no_bound_that_is_stated() {
             .duration(Bounds::at_least(shortest));
         Ocp::builder("fast").phase(phase).minimize("time", "s", At::FinalTime("move")).build().unwrap()
     };
-    let solved = |ocp: &Ocp| {
+    let solved_from = |ocp: &Ocp, control: f64| {
         let ends = vec![vec![0.0, 0.0], vec![1.0, 0.0]];
-        let phase = PhaseGuess::samples(&[0.0, 5.05], ends, vec![vec![0.0]; 2]).unwrap();
+        let phase = PhaseGuess::samples(&[0.0, 5.05], ends, vec![vec![control]; 2]).unwrap();
         let guess = Guess::from_phases(ocp, vec![phase]);
         let method = Radau { settings: RadauSettings { max_refinements: 0, ..RadauSettings::default() } };
         method.solve_on(ocp, &guess, Mesh::uniform(ocp, 10, 4).unwrap(), &mut ()).unwrap()
     };
+    let solved = |ocp: &Ocp| solved_from(ocp, 0.0);
     assert_eq!(subjects(&solved(&build(0.0))), [""; 0]);
+    // Round-off of zero says nothing of a size, neither as a bound nor as a guess.
+    assert_eq!(subjects(&solved(&build(1e-17))), [""; 0]);
+    assert_eq!(subjects(&solved_from(&build(0.0), std::f64::consts::FRAC_PI_2.cos())), [""; 0]);
+    assert_eq!(subjects(&solved_from(&build(0.0), 1e-12)), ["control `a`"]);
     // One that is stated is named.
     let solution = solved(&build(1e-8));
     assert_eq!(subjects(&solution), ["constraint `duration`"]);
