@@ -1,6 +1,7 @@
 //! `apsides campaign`: a large run as shards, by the engines that machines have.
 
 mod engine;
+mod keys;
 mod plan;
 mod rhythm;
 

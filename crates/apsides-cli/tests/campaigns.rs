@@ -165,7 +165,7 @@ fn what_is_wrong_with_a_campaign_is_said_before_its_work() {
     };
     let sizes = "samples = 100\nshard_size = 50\n";
     for (text, words) in [
-        ("mission = \"lunar\"\nshard_size = 1\n", "missing field `samples`"),
+        ("mission = \"lunar\"\nshard_size = 1\n", "`samples` is missing: those of the whole run"),
         (
             "mission = \"lunar\"\ncommand = \"sweep\"\nsamples = 5\nshard_size = 1\n",
             "`samples` is of `montecarlo`",
@@ -179,10 +179,13 @@ fn what_is_wrong_with_a_campaign_is_said_before_its_work() {
             "mission = \"lunar-perilun\"\ncommand = \"sweep\"\narguments = [\"--chain\", \"2\"]\nshard_size = 2\n",
             "the nearest is `lunar-perilune`",
         ),
-        ("mission = \"chang-e-3-braking\"\nsamples = 1\nshard_size = 1\n", "`samples` is 1, allowed is 2 to"),
+        (
+            "mission = \"chang-e-3-braking\"\nsamples = 1\nshard_size = 1\n",
+            "`samples` is 1, allowed is a whole number from 2 to",
+        ),
         (
             "mission = \"chang-e-3-braking\"\nsamples = 10\nshard_size = 0\n",
-            "`shard_size` is 0, allowed is 1 to",
+            "`shard_size` is 0, allowed is a whole number from 1 to",
         ),
         (&format!("mission = \"chang-e-3-brakin\"\n{sizes}"), "the nearest is `chang-e-3-braking`"),
         (&format!("mission = \"--json\"\n{sizes}"), "`mission` or `arguments`"),
@@ -197,7 +200,7 @@ fn what_is_wrong_with_a_campaign_is_said_before_its_work() {
         (&format!("mission = \"chang-e-3-braking\"\nworkers = 0\n{sizes}"), "`workers` is 0"),
         (
             &format!("mission = \"chang-e-3-braking\"\ntime_limit_s = nan\n{sizes}"),
-            "`time_limit_s` has to be",
+            "run.toml`, line 2: `time_limit_s` is NaN, allowed is a number above 0",
         ),
     ] {
         let sentence = refused(text);

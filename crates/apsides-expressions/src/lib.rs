@@ -30,7 +30,7 @@
 //! | [`function`] | the functions that every formula knows |
 //! | [`library`], [`quantity`] | definitions and tables; values with dimensions |
 //! | [`compile`], [`recorder`], [`numbers`] | operations from formulas, and what takes them |
-//! | [`suggestion`] | the name that may be meant |
+//! | [`suggestion`], [`toml_mistake`] | the name that may be meant; mistakes in the syntax of files, in words |
 //!
 //! Reference: V. Pratt, Top down operator precedence, POPL 1973, doi 10.1145/512927.512931.
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
@@ -48,6 +48,7 @@ pub mod suggestion;
 pub mod syntax;
 pub mod text;
 mod token;
+pub mod toml_mistake;
 pub mod unit;
 
 pub use compile::Compiler;

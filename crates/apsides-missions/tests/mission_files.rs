@@ -67,10 +67,7 @@ fn mistakes_name_line_key_and_remedy() {
         ("isp_s = 0", "file `x.toml`, line 2: `isp_s` is 0, allowed is a number above 0"),
         ("isp_s = nan", "file `x.toml`, line 2: `isp_s` is NaN, allowed is a number above 0"),
         ("isp_s = inf", "file `x.toml`, line 2: `isp_s` is inf, allowed is a number above 0"),
-        (
-            "isp_s = [310.0]",
-            "file `x.toml`, line 2: `isp_s` is a value of type array, allowed is a number above 0",
-        ),
+        ("isp_s = [310.0]", "file `x.toml`, line 2: `isp_s` is a list, allowed is a number above 0"),
         (
             "perilune_altitude_km = -3.0",
             "file `x.toml`, line 2: `perilune_altitude_km` is -3, allowed is a number at least 0",

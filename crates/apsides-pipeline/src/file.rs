@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use apsides_expressions::toml_mistake::plain_words;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -125,7 +126,7 @@ pub fn line(text: &str, offset: usize) -> usize {
 pub fn entries(text: &str, place: impl Fn(usize) -> String) -> Result<Vec<StatedValue>, Error> {
     let table = DeTable::parse(text).map_err(|e| Error::Syntax {
         place: place(e.span().map_or(0, |s| s.start)),
-        reason: e.message().to_owned(),
+        reason: plain_words(e.message(), text, e.span().map_or(0, |s| s.start)),
     })?;
     let mut entries = Vec::new();
     flatten(table.get_ref(), "", &place, &mut entries);
@@ -148,7 +149,8 @@ fn flatten(
     }
 }
 
-fn scalar(value: &Spanned<DeValue<'_>>) -> Value {
+/// The value of a key that is no table; a list and a date are none that a key of a mission takes, and are described.
+pub fn scalar(value: &Spanned<DeValue<'_>>) -> Value {
     let number = |text: &str| text.replace('_', "").parse().map(Value::Number);
     match value.get_ref() {
         DeValue::Float(f) => number(f.as_str()).unwrap_or_else(|_| Value::Other(f.as_str().into())),
@@ -165,7 +167,9 @@ fn scalar(value: &Spanned<DeValue<'_>>) -> Value {
         }
         DeValue::String(s) => Value::Word(s.to_string()),
         DeValue::Boolean(v) => Value::Flag(*v),
-        other => Value::Other(format!("a value of type {}", other.type_str())),
+        DeValue::Array(_) => Value::Other("a list".into()),
+        DeValue::Datetime(_) => Value::Other("a date".into()),
+        DeValue::Table(_) => Value::Other("a table".into()),
     }
 }
 

@@ -19,6 +19,10 @@ use crate::regular_file;
 /// Name of the file.
 pub const SHARD: &str = "shard.json";
 
+/// The refusal of a file with something else, or with a part of a manifest.
+const NO_MANIFEST: &str =
+    "is no manifest of a part, or was altered: run the command of the part again, which writes it";
+
 /// Stands between kinds of machines, where the parts of a part come from several.
 const BETWEEN: &str = ", ";
 
@@ -183,8 +187,10 @@ impl Shard {
             }
             _ => refused(e.to_string()),
         })?;
-        let value: Value =
-            serde_json::from_str(&text).map_err(|e| refused(format!("is no manifest of a part: {e}")))?;
+        let value: Value = serde_json::from_str(&text).map_err(|_| refused(NO_MANIFEST.into()))?;
+        if !value.is_object() {
+            return Err(refused(NO_MANIFEST.into()));
+        }
         match value.get("form").and_then(Value::as_u64) {
             Some(form) if form == u64::from(FORM) => {}
             form => {
@@ -194,8 +200,7 @@ impl Shard {
                 return Err(refused(reason));
             }
         }
-        let shard: Self =
-            serde_json::from_value(value).map_err(|e| refused(format!("is no manifest of a part: {e}")))?;
+        let shard: Self = serde_json::from_value(value).map_err(|_| refused(NO_MANIFEST.into()))?;
         match shard.sha256 == shard.digest() {
             true => Ok(shard),
             false => Err(refused("was altered: run the command of the part again".into())),
@@ -516,7 +521,7 @@ mod tests {
         assert!(refused(&text.replace("\"seed\": 7", "\"seed\": 8")).contains("was altered"));
         assert!(refused(&text.replace("\"form\": 1", "\"form\": 2")).contains("has form 2"));
         assert!(refused(&text[..text.len() / 2]).contains("is no manifest"));
-        assert!(refused("[]").contains("has form no number"));
+        assert!(refused("{}").contains("has form no number"));
         std::fs::remove_file(&path).unwrap();
         assert!(Shard::read(&path).unwrap_err().to_string().contains("is not there"));
     }

@@ -1,5 +1,6 @@
 //! The parts of a problem from the text of its file.
 
+use apsides_expressions::toml_mistake::plain_words;
 use apsides_expressions::{Definition, Dimension, Unit};
 use toml::de::{DeTable, DeValue};
 
@@ -44,7 +45,7 @@ pub(crate) fn read(
 ) -> Result<(Model, Texts), ProblemError> {
     let table = DeTable::parse(source.text()).map_err(|e| ProblemError::Syntax {
         at: source.place(&e.span().unwrap_or(0..0)),
-        reason: e.message().to_owned(),
+        reason: plain_words(e.message(), source.text(), e.span().map_or(0, |span| span.start)),
     })?;
     let mut reader = Reader { source, texts: Texts::default(), has_units: false };
     let mut model = Model::default();

@@ -224,7 +224,7 @@ fn each_sort_of_mistake_says_what_to_do() {
         ("h = \"v*sin(pitch)\"", "g = \"v*sin(pitch)\"", "the rate of `h` in phase `ascent`"),
         ("isp = \"320 s\"", "isp = \"320 secs\"", "no unit is named `secs`"),
         ("isp = \"320 s\"", "isp = \"320*2\"", "the rate of `m` has the unit kg/s, this is kg"),
-        ("isp = \"320 s\"", "mu = \"320 s\"", "duplicate key"),
+        ("isp = \"320 s\"", "mu = \"320 s\"", "`mu` stands twice in this table"),
         ("isp = \"320 s\"", "sin = \"320 s\"", "`sin` has a meaning in formulas"),
         ("area = 3", "payload = 3", "`payload` is a constant already and cannot be a parameter, too"),
         ("value = 20, unit = \"kN\"", "value = 200, unit = \"kN\"", "allowed is a number from 1 to 100"),

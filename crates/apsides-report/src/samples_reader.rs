@@ -138,7 +138,10 @@ fn from_csv(text: &str, ocp: &Ocp) -> Result<Samples, ReportError> {
 }
 
 fn from_json(text: &str, ocp: &Ocp) -> Result<Samples, ReportError> {
-    let value: Value = serde_json::from_str(text).map_err(|e| refusal(e.line() as u64, e.to_string()))?;
+    let value: Value = serde_json::from_str(text).map_err(|e| {
+        let column = e.column();
+        refusal(e.line() as u64, format!("column {column}: the text is no JSON: a brace, a bracket, a quote or a comma is wrong or missing"))
+    })?;
     let Value::Object(object) = value else { return Err(refusal(1, "a JSON object is expected")) };
     let mut phases = empty(ocp);
     match object.get("phases") {
@@ -257,7 +260,7 @@ mod tests {
             ("time,position,speed,acceleration\n", "no samples of phase `run`"),
             ("time,position,speed,acceleration\n0,0\n", "found record with 2 fields"),
             ("", "no column `time`"),
-            ("{\"t\": [0, 1]", "EOF"),
+            ("{\"t\": [0, 1]", "column 12: the text is no JSON"),
             (
                 "{\"t\": [0, 1], \"position\": [0], \"speed\": [1, 2], \"acceleration\": [1, 1]}",
                 "no number at index 1",
