@@ -193,11 +193,6 @@ impl Refiner {
         }
     }
 
-    /// Sets the most refinements of the solutions to come.
-    pub(crate) fn take_at_most(&mut self, refinements: usize) {
-        self.limit = refinements.saturating_add(1);
-    }
-
     /// Solves systems with one matrix, each as if it were alone, and improves the solutions until their relative residual is at most the
     /// tolerance, or at rounding level, or the most solves with the factor are spent. Solutions stay finite.
     pub(crate) fn solve<const R: usize>(

@@ -15,11 +15,6 @@ use crate::{KktError, KktSettings};
 /// Part of the residual below which a fallback that has not converged was of use.
 const OF_USE: f64 = 1e-2;
 
-/// Fallbacks in a row of no use from which on a solution is refined by few solves, and their number: a matrix that is singular but for rounding
-/// gains nothing by more.
-const PATIENCE: u32 = 3;
-const FEW_REFINEMENTS: usize = 3;
-
 /// Most factorisations without a fallback after one that was of no use, as a power of two.
 const LONGEST_PAUSE: u32 = 5;
 
@@ -298,13 +293,8 @@ impl KktSystem {
     fn solve_scaled<const R: usize>(&mut self) -> Result<[SolveQuality; R], KktError> {
         let system = |rhs| System::new(&self.structure, &self.scaled, rhs, &self.static_shifts, self.unit);
         let systems = std::array::from_fn(|k| system(&self.rhs[k]));
-        let most = self.settings.max_refinements;
-        self.refiner.take_at_most(if self.futile < PATIENCE { most } else { most.min(FEW_REFINEMENTS) });
         let direct: [Outcome; R] =
             self.refiner.solve(systems, &mut self.factor, first_columns(&mut self.solution));
-        if direct.iter().all(|direct| direct.converged) {
-            self.futile = self.futile.saturating_sub(1);
-        }
         let mut qualities = direct.map(|direct| SolveQuality {
             residual: direct.residual,
             refinements: direct.solves.saturating_sub(1),
