@@ -5,7 +5,7 @@
 //! large, and so are the costates (Hairer, Wanner, Solving Ordinary Differential Equations II, section VI.1). Few intervals of
 //! many points keep both. Beside the arc the solution is smooth up to the junction, once that is an interval end.
 
-use apsides_ocp::{ArcKind, Break, Crossing, Mesh, Ocp, Phase, PhaseMesh, TouchPoint};
+use apsides_ocp::{ArcKind, Break, Crossing, Mesh, Ocp, Phase, PhaseMesh, TouchPoint, Trajectory};
 
 use crate::RadauError;
 use crate::joints::is_at_joint;
@@ -54,23 +54,41 @@ fn arc_of_intervals(mesh: &PhaseMesh) -> impl Iterator<Item = usize> {
     (0..mesh.intervals()).map(|k| mesh.breaks().iter().take_while(|b| b.end <= k).count())
 }
 
-/// The mesh with as many points in fewer intervals along such arcs, and along the arcs that they follow or are followed by.
+/// The mesh with as many points in fewer intervals along such arcs, and along the arcs that they follow or are followed by. An arc that the
+/// trajectory before does not have begins as one interval: the points that found it are of no use along it.
 pub(crate) fn with_long_intervals(
     ocp: &Ocp,
     mesh: &Mesh,
+    before: &Trajectory,
     joints: &[Vec<f64>],
     most: usize,
 ) -> Result<Mesh, RadauError> {
-    let phases = ocp.phases.iter().zip(&mesh.phases).zip(joints);
-    let phases = phases.map(|((phase, mesh), joints)| {
+    let phases = ocp.phases.iter().zip(&mesh.phases).zip(&before.phases).zip(joints);
+    let phases = phases.map(|(((phase, mesh), before), joints)| {
         let beside = arcs_beside_bounds(phase, mesh);
-        if beside.contains(&true) { joined(mesh, &beside, joints, most) } else { Ok(mesh.clone()) }
+        if !beside.contains(&true) {
+            return Ok(mesh.clone());
+        }
+        let until = beside.iter().enumerate().map(|(arc, beside)| match beside {
+            false => 0,
+            true if is_at_bound(phase, mesh, arc) && is_new(mesh, &before.mesh, arc) => usize::MAX,
+            true => POINTS.min(most),
+        });
+        joined(mesh, &until.collect::<Vec<_>>(), joints, most)
     });
     Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
 }
 
-/// The mesh with the intervals of these arcs joined until they have [`POINTS`], `most` at most, not across joints of tables.
-fn joined(mesh: &PhaseMesh, arcs: &[bool], joints: &[f64], most: usize) -> Result<PhaseMesh, RadauError> {
+/// Says whether an arc has an end at which the mesh before has no break.
+fn is_new(mesh: &PhaseMesh, before: &PhaseMesh, arc: usize) -> bool {
+    let arc = mesh.arc_intervals(arc);
+    let inner = [arc.start, arc.end].into_iter().filter(|end| (1..mesh.intervals()).contains(end));
+    let has = |f: f64| before.breaks().iter().any(|b| before.fractions()[b.end] == f);
+    inner.map(|end| mesh.fractions()[end]).any(|f| !has(f))
+}
+
+/// The mesh with the intervals of each arc joined until they have so many points, `most` at most, not across joints of tables.
+fn joined(mesh: &PhaseMesh, until: &[usize], joints: &[f64], most: usize) -> Result<PhaseMesh, RadauError> {
     let fixed = |end: usize| {
         is_at_joint(mesh.fractions(), end, joints)
             || mesh.breaks().iter().any(|b| b.end == end)
@@ -80,10 +98,9 @@ fn joined(mesh: &PhaseMesh, arcs: &[bool], joints: &[f64], most: usize) -> Resul
     let (mut ends, mut points) = (vec![0.0], Vec::<usize>::new());
     // The new index of each end that is kept.
     let mut index = vec![0; mesh.intervals() + 1];
-    let mut may_join = false;
     for (k, (&n, arc)) in mesh.points().iter().zip(arc_of_intervals(mesh)).enumerate() {
-        let is_full = |n: usize| n >= POINTS.min(most);
-        match points.last_mut().filter(|last| may_join && arcs[arc] && !is_full(**last) && !fixed(k)) {
+        // Ends of arcs are breaks.
+        match points.last_mut().filter(|last| **last < until[arc] && !fixed(k)) {
             Some(last) => {
                 *last = (*last + n).min(most);
                 ends.pop();
@@ -92,11 +109,38 @@ fn joined(mesh: &PhaseMesh, arcs: &[bool], joints: &[f64], most: usize) -> Resul
         }
         ends.push(mesh.fractions()[k + 1]);
         index[k + 1] = points.len();
-        may_join = arcs[arc];
     }
     let breaks = mesh.breaks().iter().map(|b| Break { end: index[b.end], ..*b }).collect();
     let touch_points = mesh.touch_points().iter().map(|t| TouchPoint { end: index[t.end], ..*t }).collect();
     let crossings = mesh.crossings().iter().map(|c| Crossing { end: index[c.end], ..*c }).collect();
     let mesh = PhaseMesh::new(ends, points)?.with_arcs(breaks, mesh.arcs().to_vec())?;
     Ok(mesh.with_touch_points(touch_points)?.with_crossings(crossings)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use apsides_ocp::PhaseArc;
+
+    use super::*;
+
+    #[test]
+    fn intervals_of_an_arc_are_joined_between_what_is_fixed() {
+        let fractions = vec![0.0, 0.25, 0.375, 0.5, 0.625, 0.75, 1.0];
+        let break_at = |end| Break { end, free: true, is_tangent: false };
+        let mesh = PhaseMesh::new(fractions, vec![4, 5, 7, 6, 12, 5]).unwrap();
+        let mesh = mesh.with_arcs(vec![break_at(1), break_at(5)], vec![PhaseArc::default(); 3]).unwrap();
+        let with = |until, joints: &[f64]| joined(&mesh, &[0, until, 0], joints, 14).unwrap();
+        // One interval with as many points as there are, fourteen at most, and the ends of its breaks.
+        let whole = with(usize::MAX, &[]);
+        assert_eq!((whole.fractions(), whole.points()), (&[0.0, 0.25, 0.75, 1.0][..], &[4, 14, 5][..]));
+        assert_eq!(whole.breaks().iter().map(|b| b.end).collect::<Vec<_>>(), [1, 2]);
+        assert_eq!(with(usize::MAX, &[0.5]).fractions(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+        assert_eq!(with(POINTS, &[]).points(), [4, 12, 14, 5]);
+        assert_eq!(with(0, &[]).points(), mesh.points());
+        // An arc is new until both of its ends are breaks.
+        assert!(!is_new(&mesh, &mesh, 1) && !is_new(&mesh, &mesh, 0));
+        let other = PhaseMesh::new(vec![0.0, 0.25, 1.0], vec![4, 5]).unwrap();
+        let other = other.with_arcs(vec![break_at(1)], vec![PhaseArc::default(); 2]).unwrap();
+        assert!(is_new(&mesh, &other, 1) && !is_new(&mesh, &other, 0));
+    }
 }

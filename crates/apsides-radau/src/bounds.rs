@@ -42,9 +42,11 @@ pub(crate) fn set_variables(p: &CollocationPhase, start: &PhaseStart<'_>, limits
     // A state that starts at a kink is beyond it from there on.
     for kink in &phase.kinks {
         let Kink::State { state, value } = *kink else { continue };
+        if phase.states[state].initial != Bounds::fixed(value) {
+            continue;
+        }
         let mut course = (1..=last).map(|node| start.point[p.state_column(node) + state] - value);
-        let away = course.find(|away| *away != 0.0);
-        if let Some(away) = away.filter(|_| phase.states[state].initial == Bounds::fixed(value)) {
+        if let Some(away) = course.find(|away| *away != 0.0) {
             limits.set(p.state_column(0) + state, Bounds::fixed(beyond(p, start, state, value, away > 0.0)));
         }
     }

@@ -54,18 +54,16 @@ pub(crate) fn with_instants(mesh: &Mesh, instants: &[Instants]) -> Result<Mesh, 
             let at = mesh.fractions()[b.end];
             ArcBreak { at, free: b.free, is_tangent: b.is_tangent, known: Some(at) }
         });
-        with_breaks(mesh, &breaks.collect::<Vec<_>>(), mesh.arcs().to_vec(), &[], instants)
+        with_breaks(mesh, &breaks.collect::<Vec<_>>(), mesh.arcs().to_vec(), instants)
     });
     Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
 }
 
-/// The mesh with these breaks and instants. Intervals that a new one leaves too short become part of their neighbours, and those between two places
-/// of `whole` one.
+/// The mesh with these breaks and instants. Intervals that a new one leaves too short become part of their neighbours.
 pub(crate) fn with_breaks(
     mesh: &PhaseMesh,
     found: &[ArcBreak],
     arcs: Vec<PhaseArc>,
-    whole: &[(f64, f64)],
     instants: &Instants,
 ) -> Result<PhaseMesh, RadauError> {
     let Instants { touch_points, crossings } = instants;
@@ -99,9 +97,7 @@ pub(crate) fn with_breaks(
         let beside_new =
             (new(ends[k - 1]) && left < SHORT * right) || (new(ends[k + 1]) && right < SHORT * left);
         let collapsed = old.contains(&ends[k]) && left.min(right) <= COLLAPSED;
-        let within = whole.iter().any(|(start, end)| *start < ends[k] && ends[k] < *end);
-        if !breaks.contains(&ends[k]) && (beside_new || collapsed || within || left_alone.contains(&ends[k]))
-        {
+        if !breaks.contains(&ends[k]) && (beside_new || collapsed || left_alone.contains(&ends[k])) {
             ends.remove(k);
             let n = points.remove(k);
             points[k - 1] = points[k - 1].max(n);
@@ -120,25 +116,4 @@ pub(crate) fn with_breaks(
     crossings.sort_by_key(|c| c.end);
     let mesh = PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?;
     Ok(mesh.with_touch_points(touch_points)?.with_crossings(crossings)?)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_arc_that_is_to_be_whole_has_one_interval() {
-        let mesh = PhaseMesh::new(vec![0.0, 0.25, 0.5, 0.625, 0.75, 1.0], vec![4, 5, 7, 6, 5]).unwrap();
-        let break_at = |at| ArcBreak { at, free: true, is_tangent: false, known: None };
-        let breaks = [break_at(0.375), break_at(0.6875)];
-        let arcs = || vec![PhaseArc::default(); 3];
-        let with = |whole: &[(f64, f64)]| with_breaks(&mesh, &breaks, arcs(), whole, &Instants::default());
-        let apart = with(&[]).unwrap();
-        assert_eq!(apart.fractions(), [0.0, 0.25, 0.375, 0.5, 0.625, 0.6875, 0.75, 1.0]);
-        let whole = with(&[(0.375, 0.6875)]).unwrap();
-        assert_eq!(whole.fractions(), [0.0, 0.25, 0.375, 0.6875, 0.75, 1.0]);
-        // As many points as the finest of what it is made of, and the ends of its breaks.
-        assert_eq!(whole.points(), [4, 5, 7, 6, 5]);
-        assert_eq!(whole.breaks().iter().map(|b| b.end).collect::<Vec<_>>(), [2, 3]);
-    }
 }

@@ -128,8 +128,10 @@ impl Events {
         self.revisions -= usize::from(!switches_settled && !closes_in);
         let spared = passages.spared(structure.spared(trajectory));
         let refined = refine(ocp, &contacts.spared(spared), joints, settings)?;
-        match structure.mesh(&refined, &instants, joints) {
-            Ok(mesh) if !switches_settled => with_long_intervals(ocp, &mesh, joints, settings.max_points),
+        match structure.mesh(&refined, &instants) {
+            Ok(mesh) if !switches_settled => {
+                with_long_intervals(ocp, &mesh, trajectory, joints, settings.max_points)
+            }
             placed => Ok(placed.unwrap_or_else(|_| plain.clone())),
         }
     }

@@ -35,6 +35,11 @@ impl QuantityKind {
             Self::State(_) => false,
         }
     }
+
+    /// Says whether there is a control that moves both.
+    pub(crate) fn shares_a_control(self, phase: &Phase, other: Self) -> bool {
+        (0..phase.controls.len()).any(|c| self.is_moved_by(phase, c) && other.is_moved_by(phase, c))
+    }
 }
 
 /// A control or path constraint row with bounds between which it can move.

@@ -37,7 +37,7 @@ pub(crate) fn settle(
     mesh: &PhaseMesh,
     before: &[Displaced],
     are_bound: impl Fn(usize, usize) -> bool,
-    have_common_control: impl Fn(usize, usize) -> bool,
+    share_a_control: impl Fn(usize, usize) -> bool,
 ) -> Vec<Displaced> {
     let times = |free: bool| -> Vec<f64> {
         mesh.breaks().iter().filter(|b| b.free == free).map(|b| mesh.fractions()[b.end]).collect()
@@ -47,7 +47,7 @@ pub(crate) fn settle(
         inside.min_by(|a, b| (a - c.at).abs().total_cmp(&(b - c.at).abs()))
     };
     let (free, pinned) = (times(true), times(false));
-    at_turns(changes, have_common_control);
+    at_turns(changes, share_a_control);
     for c in changes.iter_mut() {
         match c.kind {
             // Nearest to the estimate of those between the two nodes.
@@ -169,41 +169,44 @@ fn at_jumps_of_others(changes: &mut [Change]) {
 
 /// Two limits on the same control that take turns do so at one place: the control is pushed against one of them all the time. Where it goes on
 /// without a jump the place is a corner, at which both meet; where it jumps, few nodes are at neither.
-fn at_turns(changes: &mut [Change], have_common_control: impl Fn(usize, usize) -> bool) {
-    let leaving = |c: &Change| c.to == Class::Between && c.kind != ChangeKind::Junction;
-    let coming = |c: &Change| c.from == Class::Between && c.kind != ChangeKind::Junction;
+fn at_turns(changes: &mut [Change], share_a_control: impl Fn(usize, usize) -> bool) {
     for i in 0..changes.len() {
-        let Some(j) = (0..changes.len()).find(|j| {
-            let (last, next) = (&changes[i], &changes[*j]);
-            leaving(last)
-                && coming(next)
-                && have_common_control(last.quantity, next.quantity)
-                && (corner(last, next).is_some() || is_common_jump(last, next))
-        }) else {
-            continue;
-        };
-        let (kind, gap, at) = match corner(&changes[i], &changes[j]) {
-            Some(at) => (ChangeKind::Kink, None, at),
-            None => {
-                let gap = (changes[i].gap.0, changes[j].gap.1);
-                (ChangeKind::Jump, Some(gap), 0.5 * (gap.0 + gap.1))
+        let last = &changes[i];
+        let mut others = changes.iter().enumerate();
+        let found = others.find_map(|(j, next)| {
+            let takes_over = last.to == Class::Between && next.from == Class::Between;
+            let is_settled = [last.kind, next.kind].contains(&ChangeKind::Junction);
+            let may_turn = takes_over && !is_settled && share_a_control(last.quantity, next.quantity);
+            let turn = if may_turn { turn(last, next) } else { None };
+            turn.map(|turn| (j, turn))
+        });
+        let Some((j, turn)) = found else { continue };
+        for k in [i, j] {
+            let c = &mut changes[k];
+            match turn {
+                Turn::Corner(at) => (c.kind, c.at) = (ChangeKind::Kink, at),
+                Turn::Jump(gap) => {
+                    (c.kind, c.gap, c.at) = (ChangeKind::Jump, gap, 0.5 * (gap.0 + gap.1));
+                }
             }
-        };
-        for c in [i, j] {
-            let c = &mut changes[c];
-            (c.kind, c.gap, c.at) = (kind, gap.unwrap_or(c.gap), at);
         }
     }
 }
 
-/// The corner of two limits the first of which is left as the second one is met, if it is one.
-fn corner(last: &Change, next: &Change) -> Option<f64> {
-    let (a, b) = last.corner.zip(next.corner)?;
-    ((a - b).abs() < BOUND).then_some(0.5 * (a + b))
+/// The way in which one limit takes over from another.
+enum Turn {
+    /// Without a jump, at this place.
+    Corner(f64),
+    /// By a jump between these places.
+    Jump((f64, f64)),
 }
 
-/// Says whether a quantity jumps off its bound and another one to its own with few nodes between.
-fn is_common_jump(last: &Change, next: &Change) -> bool {
+/// The turn of two limits the first of which is left as the second one is met, if it is one.
+fn turn(last: &Change, next: &Change) -> Option<Turn> {
+    if let Some((a, b)) = last.corner.zip(next.corner).filter(|(a, b)| (a - b).abs() < BOUND) {
+        return Some(Turn::Corner(0.5 * (a + b)));
+    }
     let are_in_order = last.nodes.0 <= next.nodes.0 && last.nodes.1 <= next.nodes.1;
-    last.jumps && next.jumps && are_in_order && next.nodes.0 < last.nodes.1 + CROSSING
+    let are_close = next.nodes.0 < last.nodes.1 + CROSSING;
+    (last.jumps && next.jumps && are_in_order && are_close).then_some(Turn::Jump((last.gap.0, next.gap.1)))
 }

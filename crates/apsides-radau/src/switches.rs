@@ -20,11 +20,10 @@ use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, changes};
 use crate::crossed::leave_crossed;
 use crate::determined::{are_bound, determined};
-use crate::junction::order;
 use crate::layout::CollocationPhase;
 use crate::quantity::{Quantity, QuantityKind, quantities};
 use crate::row_bends::row_bends;
-use crate::settling::{Displaced, KINK_SETTLED, settle};
+use crate::settling::{Displaced, settle};
 use crate::transcription::Transcription;
 
 /// Part of an interval by which a break is off its place at most where the error of the interval is its own.
@@ -164,19 +163,13 @@ impl<'a> Structure<'a> {
         trajectory
     }
 
-    /// The refined mesh with the breaks and arcs that were found, and with instants. It keeps its ends at joints.
-    pub(crate) fn mesh(
-        &self,
-        refined: &Mesh,
-        instants: &[Instants],
-        joints: &[Vec<f64>],
-    ) -> Result<Mesh, RadauError> {
-        let phases = self.phases.iter().zip(&refined.phases).zip(instants).zip(joints);
-        let phases = phases.map(|(((found, mesh), instants), joints)| {
+    /// The refined mesh with the breaks and arcs that were found, and with instants.
+    pub(crate) fn mesh(&self, refined: &Mesh, instants: &[Instants]) -> Result<Mesh, RadauError> {
+        let phases = self.phases.iter().zip(&refined.phases).zip(instants);
+        let phases = phases.map(|((found, mesh), instants)| {
             let breaks = found.breaks();
             let arcs = found.arcs(&breaks);
-            let whole = between_joints(&found.new_boundary_arcs(&breaks, &arcs), joints);
-            with_breaks(mesh, &breaks, arcs, &whole, instants)
+            with_breaks(mesh, &breaks, arcs, instants)
         });
         Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
     }
@@ -201,29 +194,6 @@ impl PhaseStructure<'_> {
             }
         }
         breaks
-    }
-
-    /// Start and end of the arcs along bounds of rows without controls that the mesh does not have yet, where controls move only a second rate of the
-    /// row or a higher one. Many points make the control that holds such a row ill-determined; those that were of use to find the arc are of none
-    /// along it.
-    fn new_boundary_arcs(&self, breaks: &[ArcBreak], arcs: &[PhaseArc]) -> Vec<(f64, f64)> {
-        let rows = self.quantities.iter().filter(|q| q.is_boundary()).filter_map(|q| match q.kind {
-            QuantityKind::Row(row) => Some(row),
-            _ => None,
-        });
-        let rows: Vec<usize> =
-            rows.filter(|row| order(self.phase, *row).is_some_and(|found| found.order > 1)).collect();
-        let holds = |arc: &PhaseArc| {
-            rows.iter().any(|r| matches!(arc.rows.get(*r), Some(Some(ArcKind::Lower | ArcKind::Upper))))
-        };
-        let place = |k: usize| match (k, breaks.get(k.wrapping_sub(1))) {
-            (0, _) => (0.0, true),
-            (_, Some(b)) => (b.at, b.known.is_some()),
-            (_, None) => (1.0, true),
-        };
-        let held = arcs.iter().enumerate().filter(|(_, arc)| holds(arc));
-        let between = held.map(|(k, _)| (place(k), place(k + 1)));
-        between.filter(|(a, b)| !(a.1 && b.1)).map(|(a, b)| (a.0, b.0)).collect()
     }
 
     /// Says whether a mesh has as many breaks of the same kinds, and the same arcs between them.
@@ -366,27 +336,11 @@ fn phase_structure<'a>(
     }
     found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));
     let are_bound = |a: usize, b: usize| are_bound(phase, &quantities, a, b);
-    let have_common_control = |a: usize, b: usize| {
-        let [a, b] = [a, b].map(|k: usize| quantities[k].kind);
-        a != b && (0..phase.controls.len()).any(|c| a.is_moved_by(phase, c) && b.is_moved_by(phase, c))
-    };
-    found.displaced = settle(&mut found.changes, &t.mesh, displaced, are_bound, have_common_control);
+    let share_a_control =
+        |a: usize, b: usize| a != b && quantities[a].kind.shares_a_control(phase, quantities[b].kind);
+    found.displaced = settle(&mut found.changes, &t.mesh, displaced, are_bound, share_a_control);
     found.quantities = quantities;
     found
-}
-
-/// The parts of stretches of a phase between its joints.
-fn between_joints(stretches: &[(f64, f64)], joints: &[f64]) -> Vec<(f64, f64)> {
-    let mut parts = Vec::new();
-    for &(start, end) in stretches {
-        let mut last = start;
-        for joint in joints.iter().filter(|j| (start..end).contains(*j)) {
-            parts.push((last, joint - KINK_SETTLED));
-            last = joint + KINK_SETTLED;
-        }
-        parts.push((last, end));
-    }
-    parts
 }
 
 /// True if the mesh holds a quantity at a bound along an interval.

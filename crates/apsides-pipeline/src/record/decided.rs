@@ -23,6 +23,9 @@ struct KeptDecisions {
     sites: Vec<SiteSummary>,
 }
 
+/// Paths of keys with their numbers.
+type Values = Vec<(Cow<'static, str>, f64)>;
+
 impl Pipeline {
     /// The decisions of the mission from the open record; else those of a search, which are kept there.
     pub(crate) fn kept_decisions(&self) -> Result<Decisions, Error> {
@@ -46,7 +49,7 @@ impl Directory {
             return Ok(known.clone());
         }
         let found = match self.read_decisions(key) {
-            Some(kept) => kept.restored(search),
+            Some((values, sites)) => Decisions { values, sites: searched_again(sites, search) },
             None => {
                 let found = search()?;
                 if !found.values.is_empty()
@@ -65,9 +68,13 @@ impl Directory {
         self.path.join(format!("{key}.decided.toml"))
     }
 
-    fn read_decisions(&self, key: &str) -> Option<KeptDecisions> {
+    fn read_decisions(&self, key: &str) -> Option<(Values, Vec<SiteSummary>)> {
         let content = regular_file::read(&self.decisions_file(key)).ok()?;
-        toml::from_str(unseal(&content)?).ok()
+        let KeptDecisions { values, sites } = toml::from_str(unseal(&content)?).ok()?;
+        let value = |(path, bits): (String, String)| {
+            bits.parse().ok().map(|bits| (Cow::Owned(path), f64::from_bits(bits)))
+        };
+        Some((values.into_iter().map(value).collect::<Option<_>>()?, sites))
     }
 }
 
@@ -81,27 +88,23 @@ impl KeptDecisions {
             sites: decisions.sites.iter().map(|site| site.summary.clone()).collect(),
         }
     }
+}
 
-    fn restored(self, search: impl Fn() -> Result<Decisions, Error> + Send + 'static) -> Decisions {
-        // One search for all sites.
-        let search: Box<dyn FnOnce() -> Option<Decisions> + Send> = Box::new(move || search().ok());
-        let again = Arc::new(LazyLock::new(search));
-        let site = |(place, summary): (usize, SiteSummary)| {
-            let again = Arc::clone(&again);
-            let choice = move || -> Option<Arc<dyn Any + Send + Sync>> {
-                (**again).as_ref()?.sites.get(place).and_then(ChosenSite::choice)
-            };
-            ChosenSite::kept(summary, choice)
+/// Sites that another process found, whose choices a search makes again where one is asked for: one search for all.
+fn searched_again(
+    sites: Vec<SiteSummary>,
+    search: impl Fn() -> Result<Decisions, Error> + Send + 'static,
+) -> Vec<ChosenSite> {
+    let search: Box<dyn FnOnce() -> Option<Decisions> + Send> = Box::new(move || search().ok());
+    let again = Arc::new(LazyLock::new(search));
+    let site = |(place, summary): (usize, SiteSummary)| {
+        let again = Arc::clone(&again);
+        let choice = move || -> Option<Arc<dyn Any + Send + Sync>> {
+            (**again).as_ref()?.sites.get(place).and_then(ChosenSite::choice)
         };
-        let value = |(path, bits): (String, String)| {
-            // Sealed files are as they were written.
-            (Cow::Owned(path), bits.parse().map_or(f64::NAN, f64::from_bits))
-        };
-        Decisions {
-            values: self.values.into_iter().map(value).collect(),
-            sites: self.sites.into_iter().enumerate().map(site).collect(),
-        }
-    }
+        ChosenSite::kept(summary, choice)
+    };
+    sites.into_iter().enumerate().map(site).collect()
 }
 
 #[cfg(test)]

@@ -61,9 +61,7 @@ struct StoredMesh {
     /// Controls and rows.
     arcs: Vec<[Vec<Option<u8>>; 2]>,
     touch_points: Vec<(usize, usize, bool)>,
-    crossings: Vec<(usize, usize)>,
-    #[serde(default)]
-    rising: Vec<bool>,
+    crossings: Vec<(usize, usize, bool)>,
 }
 
 /// Kinds of arcs by their place.
@@ -177,8 +175,7 @@ impl StoredMesh {
             breaks: m.breaks().iter().map(|b| (b.end, b.free, b.is_tangent)).collect(),
             arcs: m.arcs().iter().map(|a| [places(&a.controls), places(&a.rows)]).collect(),
             touch_points: m.touch_points().iter().map(|t| (t.end, t.row, t.upper)).collect(),
-            crossings: m.crossings().iter().map(|c| (c.end, c.kink)).collect(),
-            rising: m.crossings().iter().map(|c| c.rising).collect(),
+            crossings: m.crossings().iter().map(|c| (c.end, c.kink, c.rising)).collect(),
         }
     }
 
@@ -197,10 +194,7 @@ impl StoredMesh {
             self.breaks.iter().map(|&(end, free, is_tangent)| Break { end, free, is_tangent }).collect();
         let arcs = self.arcs.iter().map(arc).collect::<Option<Vec<_>>>()?;
         let touches = self.touch_points.iter().map(|&(end, row, upper)| TouchPoint { end, row, upper });
-        // Records without directions are from before there were any.
-        let rising = self.rising.iter().copied().chain(std::iter::repeat(true));
-        let crossings =
-            self.crossings.iter().zip(rising).map(|(&(end, kink), rising)| Crossing { end, kink, rising });
+        let crossings = self.crossings.iter().map(|&(end, kink, rising)| Crossing { end, kink, rising });
         let mesh = PhaseMesh::new(numbers(&self.fractions), self.points.clone()).ok()?;
         let mesh = mesh.with_arcs(breaks, arcs).ok()?.with_touch_points(touches.collect()).ok()?;
         mesh.with_crossings(crossings.collect()).ok()
