@@ -301,8 +301,13 @@ impl KktSystem {
             fallback: false,
         });
         for k in (0..R).filter(|k| !direct[*k].converged) {
-            if self.pause > 0 && !self.fallback_current {
-                continue;
+            if !self.fallback_current {
+                if self.pause > 0 {
+                    continue;
+                }
+                // Of no use until one of its solutions is.
+                self.futile = (self.futile + 1).min(LONGEST_PAUSE);
+                self.pause = 1 << self.futile;
             }
             self.pivoted()?;
             let Some(fallback) = &mut self.fallback else { continue };
@@ -312,9 +317,9 @@ impl KktSystem {
             qualities[k].residual = pivoted.residual;
             qualities[k].refinements += pivoted.solves;
             qualities[k].fallback = true;
-            let is_of_use = pivoted.converged || pivoted.residual <= OF_USE * direct[k].residual;
-            self.futile = if is_of_use { 0 } else { (self.futile + 1).min(LONGEST_PAUSE) };
-            self.pause = if is_of_use { 0 } else { 1 << self.futile };
+            if pivoted.converged || pivoted.residual <= OF_USE * direct[k].residual {
+                (self.futile, self.pause) = (0, 0);
+            }
         }
         Ok(qualities)
     }

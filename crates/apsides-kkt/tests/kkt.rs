@@ -173,6 +173,25 @@ fn inconsistent_singular_system_is_not_called_solved() {
 }
 
 #[test]
+fn pivots_that_were_of_no_use_are_not_tried_at_once_again() {
+    let mut t = Triplets::new(4, 2);
+    for (i, j, v) in [(0, 0, 1.0), (1, 1, 1.0), (2, 0, 1.0), (2, 1, 1.0), (3, 0, 1.0), (3, 1, 1.0)] {
+        t.push(i, j, v);
+    }
+    let mut system = t.analyse(KktSettings::default());
+    let mut tried = Vec::new();
+    for _ in 0..8 {
+        system.factor(&t.values, 0.0, 0.0).expect("finite");
+        let (_, quality) = solve(&mut system, &[0.0, 0.0, 1.0, 2.0]);
+        assert!(quality.residual > 1e-8, "{quality:?}");
+        tried.push(quality.fallback);
+    }
+    // A pause of one factorisation, then of three.
+    assert_eq!(tried, [true, false, true, false, false, false, true, false]);
+    assert_eq!(system.counters().fallbacks, 3);
+}
+
+#[test]
 fn zero_matrix_is_all_zero_inertia_without_shift() {
     let t = Triplets::new(3, 2);
     let mut system = t.analyse(KktSettings { static_shift: 0.0, ..KktSettings::default() });
