@@ -111,13 +111,18 @@ fn indefinite_hessian_is_counted_and_repaired_by_the_primal_shift() {
     assert_eq!(inertia, Inertia { positive: 3, negative: 1, zero: 0 });
 }
 
-#[test]
-fn zero_pivots_are_reported_without_static_shift() {
-    // Two equal constraints.
+/// A system with the same constraint twice.
+fn with_one_row_twice() -> Triplets {
     let mut t = Triplets::new(4, 2);
     for (i, j, v) in [(0, 0, 1.0), (1, 1, 1.0), (2, 0, 1.0), (2, 1, 1.0), (3, 0, 1.0), (3, 1, 1.0)] {
         t.push(i, j, v);
     }
+    t
+}
+
+#[test]
+fn zero_pivots_are_reported_without_static_shift() {
+    let t = with_one_row_twice();
     let settings = KktSettings {
         static_shift: 0.0,
         ordering: Ordering::Custom(vec![0, 1, 2, 3]),
@@ -162,10 +167,7 @@ fn zero_pivot_of_a_regular_matrix_is_no_zero_eigenvalue() {
 
 #[test]
 fn inconsistent_singular_system_is_not_called_solved() {
-    let mut t = Triplets::new(4, 2);
-    for (i, j, v) in [(0, 0, 1.0), (1, 1, 1.0), (2, 0, 1.0), (2, 1, 1.0), (3, 0, 1.0), (3, 1, 1.0)] {
-        t.push(i, j, v);
-    }
+    let t = with_one_row_twice();
     let mut system = t.analyse(KktSettings::default());
     system.factor(&t.values, 0.0, 0.0).expect("finite");
     let (_, quality) = solve(&mut system, &[0.0, 0.0, 1.0, 2.0]);
@@ -174,10 +176,7 @@ fn inconsistent_singular_system_is_not_called_solved() {
 
 #[test]
 fn pivots_that_were_of_no_use_are_not_tried_at_once_again() {
-    let mut t = Triplets::new(4, 2);
-    for (i, j, v) in [(0, 0, 1.0), (1, 1, 1.0), (2, 0, 1.0), (2, 1, 1.0), (3, 0, 1.0), (3, 1, 1.0)] {
-        t.push(i, j, v);
-    }
+    let t = with_one_row_twice();
     let mut system = t.analyse(KktSettings::default());
     let mut tried = Vec::new();
     for _ in 0..8 {

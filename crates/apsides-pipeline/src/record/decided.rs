@@ -24,7 +24,7 @@ struct KeptDecisions {
 }
 
 /// Paths of keys with their numbers.
-type Values = Vec<(Cow<'static, str>, f64)>;
+type DecidedValues = Vec<(Cow<'static, str>, f64)>;
 
 impl Pipeline {
     /// The decisions of the mission from the open record; else those of a search, which are kept there.
@@ -68,7 +68,7 @@ impl Directory {
         self.path.join(format!("{key}.decided.toml"))
     }
 
-    fn read_decisions(&self, key: &str) -> Option<(Values, Vec<SiteSummary>)> {
+    fn read_decisions(&self, key: &str) -> Option<(DecidedValues, Vec<SiteSummary>)> {
         let content = regular_file::read(&self.decisions_file(key)).ok()?;
         let KeptDecisions { values, sites } = toml::from_str(unseal(&content)?).ok()?;
         let value = |(path, bits): (String, String)| {
