@@ -14,6 +14,9 @@ use crate::junction::order;
 /// Least points of an interval there, as far as there are as many.
 pub(crate) const POINTS: usize = 10;
 
+/// Points until which the intervals of an arc are joined that is to have the fewest intervals, with the points of the finest of them.
+const WHOLE: usize = usize::MAX;
+
 /// Least order of a row of such an arc.
 const LEAST_ORDER: usize = 2;
 
@@ -55,7 +58,8 @@ fn arc_of_intervals(mesh: &PhaseMesh) -> impl Iterator<Item = usize> {
 }
 
 /// The mesh with as many points in fewer intervals along such arcs, and along the arcs that they follow or are followed by. An arc that the
-/// trajectory before does not have begins as one interval: the points that found it are of no use along it.
+/// trajectory before does not have begins as one interval, with the points of its finest: the many that found it are of no use along it, and
+/// leave the control that holds the row ill-determined.
 pub(crate) fn with_long_intervals(
     ocp: &Ocp,
     mesh: &Mesh,
@@ -71,7 +75,7 @@ pub(crate) fn with_long_intervals(
         }
         let until = beside.iter().enumerate().map(|(arc, beside)| match beside {
             false => 0,
-            true if is_at_bound(phase, mesh, arc) && is_new(mesh, &before.mesh, arc) => usize::MAX,
+            true if is_at_bound(phase, mesh, arc) && is_new(mesh, &before.mesh, arc) => WHOLE,
             true => POINTS.min(most),
         });
         joined(mesh, &until.collect::<Vec<_>>(), joints, most)
@@ -87,7 +91,7 @@ fn is_new(mesh: &PhaseMesh, before: &PhaseMesh, arc: usize) -> bool {
     inner.map(|end| mesh.fractions()[end]).any(|f| !has(f))
 }
 
-/// The mesh with the intervals of each arc joined until they have so many points, `most` at most, not across joints of tables.
+/// The mesh with the intervals of each arc joined until they have so many points, `most` at most, or are [`WHOLE`], not across joints of tables.
 fn joined(mesh: &PhaseMesh, until: &[usize], joints: &[f64], most: usize) -> Result<PhaseMesh, RadauError> {
     let fixed = |end: usize| {
         is_at_joint(mesh.fractions(), end, joints)
@@ -102,7 +106,7 @@ fn joined(mesh: &PhaseMesh, until: &[usize], joints: &[f64], most: usize) -> Res
         // Ends of arcs are breaks.
         match points.last_mut().filter(|last| **last < until[arc] && !fixed(k)) {
             Some(last) => {
-                *last = (*last + n).min(most);
+                *last = if until[arc] == WHOLE { n.max(*last) } else { (*last + n).min(most) };
                 ends.pop();
             }
             None => points.push(n),
@@ -130,11 +134,11 @@ mod tests {
         let mesh = PhaseMesh::new(fractions, vec![4, 5, 7, 6, 12, 5]).unwrap();
         let mesh = mesh.with_arcs(vec![break_at(1), break_at(5)], vec![PhaseArc::default(); 3]).unwrap();
         let with = |until, joints: &[f64]| joined(&mesh, &[0, until, 0], joints, 14).unwrap();
-        // One interval with as many points as there are, fourteen at most, and the ends of its breaks.
-        let whole = with(usize::MAX, &[]);
-        assert_eq!((whole.fractions(), whole.points()), (&[0.0, 0.25, 0.75, 1.0][..], &[4, 14, 5][..]));
+        // One interval with as many points as the finest of what it is made of, and the ends of its breaks.
+        let whole = with(WHOLE, &[]);
+        assert_eq!((whole.fractions(), whole.points()), (&[0.0, 0.25, 0.75, 1.0][..], &[4, 12, 5][..]));
         assert_eq!(whole.breaks().iter().map(|b| b.end).collect::<Vec<_>>(), [1, 2]);
-        assert_eq!(with(usize::MAX, &[0.5]).fractions(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+        assert_eq!(with(WHOLE, &[0.5]).fractions(), [0.0, 0.25, 0.5, 0.75, 1.0]);
         assert_eq!(with(POINTS, &[]).points(), [4, 12, 14, 5]);
         assert_eq!(with(0, &[]).points(), mesh.points());
         // An arc is new until both of its ends are breaks.
