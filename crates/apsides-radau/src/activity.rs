@@ -7,6 +7,7 @@
 use apsides_nlp::{Nlp, SolveReport};
 use apsides_ocp::{ArcKind, Bounds, PhaseTrajectory, Variable};
 
+use crate::arc_rates;
 use crate::bounds::LEAST_ARC;
 use crate::layout::CollocationPhase;
 use crate::quantity::{Quantity, QuantityKind};
@@ -50,6 +51,9 @@ const AT_BOUND: f64 = 1e-5;
 
 /// Excess of a bound that was left out, relative to the range, from which on it is not clear of it.
 const VIOLATION: f64 = 1e-8;
+
+/// Error of an interval from which on what happens there says nothing about contacts and junctions: the mesh is refined first.
+pub(crate) const ROUGH: f64 = 1e-4;
 
 /// The place of a quantity between its bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -174,7 +178,13 @@ pub(crate) fn samples(
                 let hold = if is_left_out { Some(&Some(ArcKind::Free)) } else { holds.rows.get(r) };
                 let bend = solution.row_bends.get(row).filter(|b| !b.is_nan()).copied().unwrap_or(0.0);
                 bends.push(bend * range.powi(2) / seconds);
-                (-report.constraint_multipliers[row], hold)
+                let multiplier = match p.rate_arc_at(node, r) {
+                    Some(_) => {
+                        seconds * arc_rates::density(p, &report.x, &report.constraint_multipliers, node, r)
+                    }
+                    None => report.constraint_multipliers[row],
+                };
+                (-multiplier, hold)
             }
             // The multiplier there is that of the start of the phase.
             QuantityKind::State(_) if node == 0 => continue,
@@ -206,6 +216,10 @@ pub(crate) fn samples(
     for s in &mut samples {
         s.slope = if largest > 0.0 { s.slope / largest } else { 0.0 };
         s.class = class(s, is_regular || matches!(q.kind, QuantityKind::Row(_)) && !s.is_concave);
+        let is_left_out = |r: usize| p.is_beside_junction(s.node, r);
+        if matches!(q.kind, QuantityKind::Row(r) if is_left_out(r)) && t.interval_errors[s.interval] > ROUGH {
+            s.class = Class::Between;
+        }
         // What controls at their bounds leave where it is needs nothing to hold it.
         if q.is_boundary()
             && !q.held_by.iter().any(|(c, v)| is_between(report.x[p.control_column(s.node) + c], v))

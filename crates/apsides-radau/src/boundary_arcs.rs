@@ -3,7 +3,8 @@
 //! Along such an arc the equations of motion and the constraint are differential-algebraic equations of an index above one, whose
 //! multiplier is a high derivative of what is solved for: in many short intervals it is as wrong as the inverse of a power of their length is
 //! large, and so are the costates (Hairer, Wanner, Solving Ordinary Differential Equations II, section VI.1). Few intervals of
-//! many points keep both. Beside the arc the solution is smooth up to the junction, once that is an interval end.
+//! many points keep both, with the rate of the constraint in its place ([`crate::arc_rates`]) or not. Beside the arc the solution is smooth up to
+//! the junction, once that is an interval end.
 
 use apsides_ocp::{ArcKind, Break, Crossing, Mesh, Ocp, Phase, PhaseMesh, TouchPoint, Trajectory};
 

@@ -121,6 +121,7 @@ pub(crate) fn set_rows(p: &CollocationPhase, start: &PhaseStart<'_>, limits: &mu
                 Some(upper) => Bounds::fixed(if upper { row.bounds.upper } else { row.bounds.lower }),
                 None if p.is_beside_touch(node, k) || p.is_beside_junction(node, k) => Bounds::FREE,
                 None if p.implied_rows.contains(&(node, k)) => Bounds::FREE,
+                None if p.rate_arc_at(node, k).is_some() => Bounds::fixed(0.0),
                 None => bounds_along(row.bounds, held, k),
             };
             limits.set(p.path_row(node) + k, bounds);

@@ -12,7 +12,7 @@ use apsides_ocp::{
 };
 
 use crate::RadauError;
-use crate::activity::{APART, COLLAPSED, CROSSING, Class, NodeSample, Solution, samples};
+use crate::activity::{APART, COLLAPSED, CROSSING, Class, NodeSample, ROUGH, Solution, samples};
 use crate::breaks::Touch;
 use crate::junction::{depends_on_time, order};
 use crate::layout::CollocationPhase;
@@ -29,9 +29,6 @@ const MOST_REFUTED: usize = 2;
 
 /// The nodes that were no contact are looked at again when they are closer than this part of what they were.
 const CLOSER: f64 = 0.25;
-
-/// Error of an interval from which on what happens beside it says nothing about contacts: the mesh is refined first.
-const ROUGH: f64 = 1e-4;
 
 /// An excess beside a contact counts from this multiple of the error of the intervals there on.
 const CLEAR: f64 = 10.0;

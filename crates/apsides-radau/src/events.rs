@@ -36,6 +36,8 @@ pub(crate) struct Events {
     searches: usize,
     /// Error of a mesh from which on they are looked for again, after they were given up.
     resumes_at: Option<f64>,
+    /// True until a last search has begun from an accurate mesh.
+    may_end_with_search: bool,
     /// Changes of the structure of switches that are left.
     revisions: usize,
     /// The farthest that a kink moved last, where nothing else changed.
@@ -51,6 +53,7 @@ impl Events {
         Self {
             searches: if enabled { MOST_SEARCHES - 1 } else { 0 },
             resumes_at: None,
+            may_end_with_search: enabled,
             revisions: if enabled { MOST_REVISIONS } else { 0 },
             last_move: f64::INFINITY,
             displaced: Vec::new(),
@@ -68,6 +71,22 @@ impl Events {
         self.crossings.give_up();
     }
 
+    /// True once, where searches have led nowhere and an accurate mesh shows arcs along bounds that it does not have: their places are then known
+    /// well, and costates of a mesh without them are wrong.
+    fn may_search_again(
+        &self,
+        structure: &Structure<'_>,
+        solve: &MeshSolve,
+        settings: &RadauSettings,
+    ) -> bool {
+        self.may_end_with_search
+            && self.revisions == 0
+            && self.resumes_at.is_none()
+            && solve.is_accurate(settings)
+            && structure.has_arcs()
+            && !structure.is_that_of(&solve.trajectory, true)
+    }
+
     /// Compares those of the mesh with the trajectory on it, which gets the errors beside contacts that stand where they should.
     pub(crate) fn step<'a>(
         &mut self,
@@ -77,10 +96,17 @@ impl Events {
     ) -> FoundEvents<'a> {
         let is_finer = |error: f64| solve.estimate.error <= error || solve.is_accurate(settings);
         if self.resumes_at.is_some_and(is_finer) {
-            *self = Self { searches: self.searches, ..Self::new(true) };
+            let Self { searches, may_end_with_search, .. } = *self;
+            *self = Self { searches, may_end_with_search, ..Self::new(true) };
         }
         let known = Known { displaced: &self.displaced, without_arcs: self.contacts.without_arcs() };
         let structure = Structure::of(ocp, &mut solve.nlp, &solve.report, &solve.trajectory, &known);
+        let structure = if self.may_search_again(&structure, solve, settings) {
+            *self = Self { searches: 0, may_end_with_search: false, ..Self::new(true) };
+            Structure::of(ocp, &mut solve.nlp, &solve.report, &solve.trajectory, &Known::default())
+        } else {
+            structure
+        };
         self.displaced = structure.displaced();
         let solved = SolvedMesh {
             ocp,

@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use apsides_basis::Barycentric;
-use apsides_ocp::{Contact, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment};
+use apsides_ocp::{Contact, Phase, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment};
 
 use crate::RadauError;
+use crate::arc_rates;
+use crate::junction::Junction;
 use crate::layout::CollocationPhase;
 use crate::rate_term::RateTerm;
 
@@ -16,11 +18,12 @@ use crate::rate_term::RateTerm;
 /// touch point is an impulse: it enters the discrete costate equation of its node as the difference between the costate there and
 /// the one at the end of the interval before.
 pub(crate) fn phase_trajectory(
-    name: &str,
+    phase: &Phase,
     p: &CollocationPhase,
     x: &[f64],
     y: &[f64],
     rates: &[RateTerm],
+    first_parameter: usize,
 ) -> Result<PhaseTrajectory, RadauError> {
     let mesh = moved_mesh(p, x)?;
     let (t0, tf) = told_apart(&mesh, x[p.ends.initial_time], x[p.ends.final_time]);
@@ -57,14 +60,18 @@ pub(crate) fn phase_trajectory(
             // Per unit of time, as in the Hamiltonian.
             let seconds = p.nodes[first + j].weight * p.arc_duration(p.arc_of(first + j), x);
             let row = p.path_row(first + j);
-            let density = |r: usize| density_at(r).unwrap_or(y[r] / seconds);
-            segment.path.extend((row..row + path_rows).map(density));
+            let density = |r: usize| match p.rate_arc_at(first + j, r) {
+                Some(_) => arc_rates::density(p, x, y, first + j, r),
+                None => density_at(row + r).unwrap_or(y[row + r] / seconds),
+            };
+            segment.path.extend((0..path_rows).map(density));
         }
         let d = rule.differentiation();
         for s in 0..p.states {
             let end = (0..n).map(|i| -y[p.defect_row(first + i) + s] * d[i * (n + 1) + n]).sum();
             segment.costate.push(end);
         }
+        arc_rates::add_to_costates(phase, p, x, y, (k, first_parameter), &mut segment.costate);
         state.push(Segment { basis: Arc::clone(support), values: segment.state });
         control.push(Segment { basis: Arc::clone(nodes), values: segment.control });
         costate.push(Segment { basis: Arc::clone(support), values: segment.costate });
@@ -74,7 +81,7 @@ pub(crate) fn phase_trajectory(
     contacts.sort_by_key(|c| (c.end, c.row));
     let polynomial = |dimension, segments| PiecewisePolynomial::new(dimension, breaks.clone(), segments);
     Ok(PhaseTrajectory {
-        name: name.into(),
+        name: phase.name.clone(),
         initial_time: t0,
         final_time: tf,
         mesh,
@@ -174,9 +181,23 @@ fn impulses(p: &CollocationPhase, mesh: &PhaseMesh, x: &[f64], y: &[f64]) -> Vec
         Impulse { at: p.path_row(node) + row, contact: None, density: continued(node, count, row) }
     };
     let touches = mesh.touch_points().iter().map(|t| alone(t.end, t.row));
-    let exits = p.junctions.iter().filter(|j| !j.is_entry).map(|j| alone(j.end, j.row));
+    let along = |j: &Junction| p.rate_arcs.iter().find(|a| a.row == j.row && a.ends.contains(&j.end));
+    let exits = p.junctions.iter().filter(|j| !j.is_entry).map(|j| {
+        let mut exit = alone(j.end, j.row);
+        if let Some((c, _)) = exit.contact.as_mut().zip(along(j)) {
+            c.multiplier += arc_rates::of_rate(p, x, y, (j.end - 1, 1.0), j.row);
+        }
+        exit
+    });
     let entries = p.junctions.iter().filter(|j| j.is_entry);
-    let entries = entries.map(|j| entry(j.end, j.row));
+    let entries = entries.map(|j| match along(j) {
+        Some(_) => {
+            let multiplier = -arc_rates::of_rate(p, x, y, (j.end, -1.0), j.row);
+            let at = p.path_row(p.interval_start(j.end)) + j.row;
+            Impulse { at, contact: Some(Contact { end: j.end, row: j.row, multiplier }), density: f64::NAN }
+        }
+        None => entry(j.end, j.row),
+    });
     let is_active_at_start = |row: &&usize| {
         let largest = (0..p.nodes.len()).fold(0.0_f64, |m, node| m.max(value(node, **row).abs()));
         value(0, **row).abs() > ACTIVE * largest && p.touch_at(0, **row).is_none()

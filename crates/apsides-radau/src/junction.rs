@@ -196,6 +196,39 @@ pub(crate) fn junctions(phase: &Phase, mesh: &PhaseMesh) -> Vec<Junction> {
     found
 }
 
+/// An arc along a bound that has the first rate of the row at its points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RateArc {
+    /// Index of the arc.
+    pub(crate) arc: usize,
+    /// Index of the row among those of the phase.
+    pub(crate) row: usize,
+    /// True along the upper bound.
+    pub(crate) upper: bool,
+    /// Interval ends where it begins and ends.
+    pub(crate) ends: [usize; 2],
+}
+
+/// The arcs of rows of order two that begin and end within the phase.
+pub(crate) fn rate_arcs(phase: &Phase, mesh: &PhaseMesh, junctions: &[Junction]) -> Vec<RateArc> {
+    let arcs = (0..mesh.arcs().len()).map(|arc| (arc, mesh.arc_intervals(arc)));
+    let at = |end: usize, row: usize| junctions.iter().find(|j| j.end == end && j.row == row);
+    let mut found = Vec::new();
+    for (arc, intervals) in arcs {
+        for entry in
+            junctions.iter().filter(|j| j.is_entry && j.end == intervals.start && j.order == MOST_ORDER)
+        {
+            let ends = [intervals.start, intervals.end];
+            let has_rate = row_function(phase, entry.row)
+                .is_some_and(|(path, _)| path.function.inputs() == phase.dynamics.inputs());
+            if has_rate && at(intervals.end, entry.row).is_some_and(|exit| !exit.is_entry) {
+                found.push(RateArc { arc, row: entry.row, upper: entry.upper, ends });
+            }
+        }
+    }
+    found
+}
+
 /// A condition that a rate of a row vanishes at an end of an interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct RateRow {

@@ -15,8 +15,8 @@ use apsides_transcription::{Layout, PhaseEnds, Places};
 use crate::RadauError;
 use crate::elimination;
 use crate::junction::{
-    Junction, RateRow, free_at_start, implied_at_start, implied_rates, junctions, rate_rows as rate_rows_of,
-    rate_rows_at_end,
+    Junction, RateArc, RateRow, free_at_start, implied_at_start, implied_rates, junctions, rate_arcs,
+    rate_rows as rate_rows_of, rate_rows_at_end,
 };
 
 /// One collocation point.
@@ -74,6 +74,8 @@ pub struct CollocationPhase {
     pub(crate) rate_rows: Vec<RateRow>,
     /// Ends of arcs along bounds of path rows without controls.
     pub(crate) junctions: Vec<Junction>,
+    /// Arcs along bounds of path rows of order two, where the first rates of the rows stand in the places of the rows.
+    pub(crate) rate_arcs: Vec<RateArc>,
     /// Nodes and path rows that are held along the first arc and implied by the initial states.
     pub(crate) implied_rows: Vec<(usize, usize)>,
     /// Path rows that are linear in the states and whose first rate the initial states imply too, with their coefficients.
@@ -139,6 +141,11 @@ impl CollocationPhase {
         let interval = self.nodes[node].interval;
         let beside = |j: &Junction| interval == if j.is_entry { j.end - 1 } else { j.end };
         self.junctions.iter().any(|j| j.is_smooth && j.row == row && beside(j))
+    }
+
+    /// The arc along the bound of a row that has the first rate of the row at a node.
+    pub(crate) fn rate_arc_at(&self, node: usize, row: usize) -> Option<&RateArc> {
+        self.rate_arcs.iter().find(|a| a.row == row && self.arcs[a.arc].nodes.contains(&node))
     }
 
     /// Rows of the durations of the arcs, if there are several.
@@ -225,6 +232,7 @@ impl CollocationPhase {
             pinned_rows,
             degree_rows,
             rate_rows,
+            rate_arcs: rate_arcs(phase, &mesh, &junctions),
             junctions,
             implied_rates: implied_rates(phase, &implied_rows),
             rows_at_start: free_at_start(phase, &implied_rows),

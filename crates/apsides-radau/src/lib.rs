@@ -60,6 +60,7 @@
 
 mod activity;
 mod along;
+mod arc_rates;
 mod attempts;
 mod boundary_arcs;
 mod bounds;

@@ -2,9 +2,10 @@
 
 use apsides_basis::legendre;
 use apsides_nlp::{Scaling as NlpScaling, Stages};
-use apsides_ocp::{Phase, PhaseGuess, PhaseScaling, PhaseTrajectory, RowOrigin};
+use apsides_ocp::{Contact, Phase, PhaseGuess, PhaseScaling, PhaseTrajectory, RowOrigin, Variable};
 use apsides_transcription::{ConstantEntry, Limits, PhaseEnds, PhaseLayout, PhaseStart, phase_row};
 
+use crate::arc_rates;
 use crate::bounds;
 use crate::elimination;
 use crate::layout::CollocationPhase;
@@ -54,7 +55,8 @@ impl PhaseLayout for CollocationPhase {
                 variables[self.control_column(node)..][..self.controls].copy_from_slice(&s.controls);
                 constraints[self.defect_row(node)..][..self.states].copy_from_slice(&s.states);
                 for (k, row) in phase.path.iter().flat_map(|c| &c.rows).enumerate() {
-                    constraints[self.path_row(node) + k] = row.size().unwrap_or(f64::NAN);
+                    let unit = if self.rate_arc_at(node, k).is_some() { s.time } else { 1.0 };
+                    constraints[self.path_row(node) + k] = row.size().unwrap_or(f64::NAN) / unit;
                 }
             }
         }
@@ -123,7 +125,7 @@ impl PhaseLayout for CollocationPhase {
     }
 
     /// The covector mapping of the extraction, backwards.
-    fn set_multipliers(&self, _phase: &Phase, t: &PhaseTrajectory, x: &[f64], y: &mut [f64]) {
+    fn set_multipliers(&self, phase: &Phase, t: &PhaseTrajectory, x: &[f64], y: &mut [f64]) {
         let Some(costate) = &t.costate else { return };
         let path_rows = self.rows_per_node - self.states;
         for (i, node) in self.nodes.iter().enumerate() {
@@ -145,7 +147,9 @@ impl PhaseLayout for CollocationPhase {
                 }
             }
         }
-        for c in t.contacts.iter().filter(|c| c.row < path_rows) {
+        arc_rates::set_multipliers(phase, self, t, x, y);
+        let has_rates = |c: &&Contact| self.rate_arcs.iter().any(|a| a.row == c.row);
+        for c in t.contacts.iter().filter(|c| c.row < path_rows && !has_rates(c)) {
             let fraction = t.mesh.fractions().get(c.end).copied().unwrap_or(f64::NAN);
             let distance = |i: usize| (self.nodes[i].fraction - fraction).abs();
             let nearest = |nodes: &mut dyn Iterator<Item = usize>| {
@@ -201,7 +205,9 @@ fn node_row_origin(phase: &Phase, p: &CollocationPhase, offset: usize, x: &[f64]
         (format!("equation of motion of {}", v.name), v.unit.clone())
     } else {
         let row = phase.path.iter().flat_map(|c| &c.rows).nth(k - p.states);
-        row.map_or_else(Default::default, |v| (v.name.clone(), v.unit.clone()))
+        let is_rate = p.rate_arc_at(node, k - p.states).is_some();
+        let name = |v: &Variable| if is_rate { format!("rate of {}", v.name) } else { v.name.clone() };
+        row.map_or_else(Default::default, |v| (name(v), v.unit.clone()))
     };
     RowOrigin { phase: Some(phase.name.clone()), name, unit, time: Some(time) }
 }

@@ -90,7 +90,16 @@ impl<'a> Quantity<'a> {
     pub(crate) fn value(&self, p: &CollocationPhase, node: usize, report: &SolveReport) -> f64 {
         match self.kind {
             QuantityKind::Control(c) => report.x[p.control_column(node) + c],
-            QuantityKind::Row(row) => report.constraint_values[p.path_row(node) + row],
+            QuantityKind::Row(row) => match p.rate_arc_at(node, row) {
+                Some(arc) => {
+                    if arc.upper {
+                        self.variable.bounds.upper
+                    } else {
+                        self.variable.bounds.lower
+                    }
+                }
+                None => report.constraint_values[p.path_row(node) + row],
+            },
             QuantityKind::State(s) => report.x[p.state_column(node) + s],
         }
     }

@@ -9,7 +9,7 @@ use apsides_ad::NodeFunction;
 use apsides_ocp::{Ocp, PathConstraint, Phase};
 use apsides_transcription::Layout;
 
-use crate::junction::{RateRow, depends_on_time, order as order_of_row, row_function};
+use crate::junction::{RateArc, RateRow, depends_on_time, order as order_of_row, row_function};
 use crate::layout::CollocationPhase;
 use crate::row_rate::RowRate;
 
@@ -48,9 +48,13 @@ pub(crate) fn rate_terms(ocp: &Ocp, layout: &Layout<CollocationPhase>) -> Vec<Ra
         for rate in &p.rate_rows {
             if let Some((path, output)) = row_function(phase, rate.row) {
                 // No equation of motion holds the polynomials at the very end: there the rate is that of the equations.
-                // Nor does a polynomial show what a row makes of time alone.
+                // Nor does a polynomial show what a row makes of time alone. Where an arc ends that has the rate at its points, the rate is that of
+                // the equations, too.
                 let is_touch = !rate.at_end && p.exit_at(p.interval_start(rate.interval), rate.row).is_none();
+                let is_exit = |a: &RateArc| a.row == rate.row && a.ends[1] == rate.interval;
+                let ends_rates = !rate.at_end && p.rate_arcs.iter().any(is_exit);
                 let from_rates = rate.order > 1
+                    || ends_rates
                     || rate.at_end && rate.interval + 1 == p.mesh.intervals()
                     || is_touch && depends_on_time(phase, rate.row);
                 let (function, parts, order) = differentiated(phase, path, output, rate.order, from_rates);

@@ -1,7 +1,8 @@
 //! The first rate of a path constraint row as a function of the states: `g' = dg/dx f + dg/dt`.
 //!
-//! Its second derivatives hold third ones of the row, and are left out: the conditions that it stands in have multipliers which vanish at
-//! the solution, so that Newton's method is as fast without them.
+//! Its second derivatives hold third ones of the row. Where the conditions that it stands in have multipliers which vanish at the solution they are
+//! left out: Newton's method is as fast without them. Elsewhere the third derivatives, along the flow alone, are central differences of the
+//! second ones.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -14,6 +15,8 @@ pub(crate) struct RowRate {
     output: usize,
     dynamics: Arc<dyn NodeFunction>,
     pattern: NodePattern,
+    /// Step in time of the differences along the flow.
+    step: f64,
     work: Mutex<Work>,
 }
 
@@ -26,6 +29,12 @@ struct Work {
     rates: Vec<f64>,
     entries: Vec<f64>,
     gradient: Vec<f64>,
+    /// Slopes of the row by the states.
+    own: Vec<f64>,
+    of_rates: Vec<f64>,
+    moved: Vec<f64>,
+    /// Second derivatives, over all inputs.
+    square: Vec<f64>,
 }
 
 impl RowRate {
@@ -55,6 +64,10 @@ impl RowRate {
             rates: vec![0.0; dynamics.outputs()],
             entries: vec![0.0; of_rates.jacobian_len()],
             gradient: vec![0.0; inputs],
+            own: vec![0.0; dynamics.outputs()],
+            of_rates: vec![0.0; of_rates.hessian_len()],
+            moved: vec![0.0; inputs],
+            square: vec![0.0; inputs * inputs],
         };
         let pattern = NodePattern { row_offsets: vec![0, columns.len()], columns, hessian: Vec::new() };
         Some(Self {
@@ -62,13 +75,73 @@ impl RowRate {
             output,
             dynamics: Arc::clone(dynamics),
             pattern,
+            step: 0.0,
             work: work.into(),
         })
     }
 
+    /// The same with second derivatives, from differences with this step in time.
+    pub(crate) fn with_bends(mut self, step: f64) -> Self {
+        let columns = &self.pattern.columns;
+        let pairs = columns.iter().enumerate().flat_map(|(k, i)| columns[..=k].iter().map(|j| (*i, *j)));
+        self.pattern.hessian = pairs.collect();
+        self.step = step;
+        self
+    }
+
+    /// Second derivatives in the work space, from the slopes, the bends and the rates there.
+    fn bend(&self, z: &[f64], work: &mut Work) {
+        let Work { values, slopes, weights, bends, rates, entries, own, of_rates, moved, square, .. } = work;
+        let (row, dynamics) = (self.row.as_ref(), self.dynamics.as_ref());
+        let n = z.len();
+        row.jacobian(z, values, slopes);
+        row.hessian(z, weights, bends);
+        dynamics.jacobian(z, rates, entries);
+        square.fill(0.0);
+        // The second derivatives of the rates.
+        own.fill(0.0);
+        for ((r, c), slope) in row.pattern().jacobian_entries().zip(slopes.iter()) {
+            if r == self.output && c < own.len() {
+                own[c] += slope;
+            }
+        }
+        dynamics.hessian(z, own, of_rates);
+        for (&(i, j), v) in dynamics.pattern().hessian.iter().zip(of_rates.iter()) {
+            square[i * n + j] += v;
+        }
+        // Bends of the row times slopes of the rates.
+        let mut add = |i: usize, c: usize, bend: f64| {
+            if c < rates.len() {
+                for k in dynamics.pattern().row_offsets[c]..dynamics.pattern().row_offsets[c + 1] {
+                    let j = dynamics.pattern().columns[k];
+                    let twice = if i == j { 2.0 } else { 1.0 };
+                    square[i.max(j) * n + i.min(j)] += twice * bend * entries[k];
+                }
+            }
+        };
+        for (&(i, j), bend) in row.pattern().hessian.iter().zip(bends.iter()) {
+            add(i, j, *bend);
+            if i != j {
+                add(j, i, *bend);
+            }
+        }
+        // The third derivatives of the row along the flow.
+        for sign in [1.0, -1.0] {
+            moved.copy_from_slice(z);
+            moved.iter_mut().zip(rates.iter()).for_each(|(m, rate)| *m += sign * self.step * rate);
+            moved[n - 1] += sign * self.step;
+            row.hessian(moved, weights, bends);
+            if bends.iter().all(|b| b.is_finite()) {
+                for (&(i, j), bend) in row.pattern().hessian.iter().zip(bends.iter()) {
+                    square[i * n + j] += sign * bend / (2.0 * self.step);
+                }
+            }
+        }
+    }
+
     /// The rate, with its gradient in the work space.
     fn evaluate(&self, z: &[f64], work: &mut Work) -> f64 {
-        let Work { values, slopes, weights, bends, rates, entries, gradient } = work;
+        let Work { values, slopes, weights, bends, rates, entries, gradient, .. } = work;
         let (row, dynamics) = (self.row.as_ref(), self.dynamics.as_ref());
         row.jacobian(z, values, slopes);
         row.hessian(z, weights, bends);
@@ -123,7 +196,16 @@ impl NodeFunction for RowRate {
         }
     }
 
-    fn hessian(&self, _z: &[f64], _weights: &[f64], _entries: &mut [f64]) {}
+    fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]) {
+        if entries.is_empty() {
+            return;
+        }
+        let mut work = self.work.lock().unwrap_or_else(PoisonError::into_inner);
+        self.bend(z, &mut work);
+        for (entry, (i, j)) in entries.iter_mut().zip(&self.pattern.hessian) {
+            *entry = weights[0] * work.square[i * z.len() + j];
+        }
+    }
 
     fn formula(&self) -> Result<Formula, OpaqueFunction> {
         Err(OpaqueFunction { name: "rate of a path constraint".into() })
@@ -176,6 +258,35 @@ mod tests {
         let mut again = [0.0];
         rate.value(&[x, v, u, t], &mut again);
         assert_eq!(again, value);
+    }
+
+    #[test]
+    fn second_derivatives_hold_those_of_the_row_along_the_flow() {
+        let rate = RowRate::new(&path_node(Row), 1, &dynamics_node(Body)).expect("both have the same inputs");
+        let rate = rate.with_bends(1e-4);
+        let [x, v, u, t] = [1.5, -0.7, 0.4, 2.0];
+        let mut entries = vec![0.0; rate.pattern().hessian_len()];
+        rate.hessian(&[x, v, u, t], &[3.0], &mut entries);
+        let a = u - t * v * v;
+        // By x, v, u and t, of `2 t x v^2 + t x^2 (u - t v^2) + x^2 v`.
+        let expected = [
+            ((0, 0), 2.0 * t * a + 2.0 * v),
+            ((1, 0), 4.0 * t * v - 4.0 * t * t * x * v + 2.0 * x),
+            ((1, 1), 4.0 * t * x - 2.0 * t * t * x * x),
+            ((2, 0), 2.0 * t * x),
+            ((2, 1), 0.0),
+            ((2, 2), 0.0),
+            ((3, 0), 2.0 * v * v + 2.0 * x * a - 2.0 * t * x * v * v),
+            ((3, 1), 4.0 * x * v - 4.0 * t * x * x * v),
+            ((3, 2), x * x),
+            ((3, 3), -2.0 * x * x * v * v),
+        ];
+        assert_eq!(rate.pattern().hessian, expected.map(|(pair, _)| pair));
+        // Of central differences with this step.
+        const DIFFERENCES: f64 = 1e-7;
+        for (found, (pair, expected)) in entries.iter().zip(expected) {
+            assert!((found - 3.0 * expected).abs() < DIFFERENCES, "{pair:?}: {found} {expected}");
+        }
     }
 
     #[test]

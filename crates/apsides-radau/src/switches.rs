@@ -110,6 +110,11 @@ impl<'a> Structure<'a> {
         switches
     }
 
+    /// Says whether path constraint rows without controls stay at their bounds along arcs.
+    pub(crate) fn has_arcs(&self) -> bool {
+        self.phases.iter().any(|found| found.of_kind(ChangeKind::Junction).next().is_some())
+    }
+
     /// Says whether a path constraint row without controls stays at its bounds along arcs.
     pub(crate) fn has_arcs_along(&self, phase: usize, row: usize) -> bool {
         let found = &self.phases[phase];
@@ -154,8 +159,14 @@ impl<'a> Structure<'a> {
                 let has_break = c.known.is_some() || breaks.iter().any(|f| (c.gap.0..=c.gap.1).contains(f));
                 let depth = (c.at - start).min(end - c.at);
                 let is_inside = !has_break || depth > MOVED * (end - start);
-                let is_held = is_held(found.quantities[c.quantity].kind, &t.mesh, k);
-                if c.gap.0 < end && c.gap.1 > start && is_inside && !is_held {
+                let kind = found.quantities[c.quantity].kind;
+                let is_held = is_held(kind, &t.mesh, k);
+                // Beside an arc of the same row a coarse interval shows another one where there is none.
+                let mut beside =
+                    [k.checked_sub(1), Some(k + 1).filter(|k| *k < t.mesh.intervals())].into_iter().flatten();
+                let is_beside =
+                    c.kind == ChangeKind::Junction && beside.any(|k| self::is_held(kind, &t.mesh, k));
+                if c.gap.0 < end && c.gap.1 > start && is_inside && !is_held && !is_beside {
                     t.interval_errors[k] = 0.0;
                 }
             }

@@ -16,6 +16,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
 use apsides_transcription::{Discretisation, Layout, StartingPoint, Transcribe, Workers, write_next};
 
 use crate::RadauError;
+use crate::arc_rates;
 use crate::extraction::phase_trajectory;
 use crate::layout::{CollocationPhase, collocation_layout};
 use crate::node_term::{NodeTerm, Target};
@@ -25,6 +26,9 @@ use crate::rate_term::{RateTerm, rate_terms};
 ///
 /// The structure is found once; evaluations write into the caller's slices and allocate nothing.
 pub type Transcription = apsides_transcription::Transcription<Collocation>;
+
+/// Step of differences along the flow, as a part of the phase.
+const STEP: f64 = 1e-5;
 
 /// The terms of a problem at its collocation points.
 pub struct Collocation {
@@ -64,7 +68,7 @@ fn transcribe(
     }
     let layout = collocation_layout(ocp, mesh)?;
     let collocation = Collocation {
-        node_terms: node_terms(ocp, &layout, start == StartingPoint::AsGuessed),
+        node_terms: node_terms(ocp, &layout, guess, start == StartingPoint::AsGuessed),
         rate_terms: rate_terms(ocp, &layout),
         refreshed_at: vec![f64::NAN; layout.variables],
         workers: Workers::default(),
@@ -84,7 +88,8 @@ impl Transcribe for Collocation {
         let x = nlp.usable_point(report);
         let phases = ocp.phases.iter().zip(&nlp.layout.phases);
         let (y, rates) = (&report.constraint_multipliers, &nlp.discretisation.rate_terms);
-        let phases = phases.map(|(phase, p)| phase_trajectory(&phase.name, p, x, y, rates));
+        let first_parameter = nlp.layout.first_parameter;
+        let phases = phases.map(|(phase, p)| phase_trajectory(phase, p, x, y, rates, first_parameter));
         Ok(nlp.joined(ocp, report, x, phases.collect::<Result<_, _>>()?))
     }
 }
@@ -169,20 +174,20 @@ impl Discretisation for Collocation {
     }
 }
 
-fn node_terms(ocp: &Ocp, layout: &Layout<CollocationPhase>, movable: bool) -> Vec<NodeTerm> {
+fn node_terms(ocp: &Ocp, layout: &Layout<CollocationPhase>, guess: &Guess, movable: bool) -> Vec<NodeTerm> {
     let sign = ocp.objective.sense.sign();
     let mut terms = Vec::new();
     for (k, (phase, p)) in ocp.phases.iter().zip(&layout.phases).enumerate() {
         let (start, end) = phase.time_bounds();
-        let mut add = |function: &Arc<dyn NodeFunction>,
+        let mut add = |function: &dyn Fn(usize) -> Option<Arc<dyn NodeFunction>>,
                        is_rate,
                        target: &dyn Fn(usize) -> Target,
                        factor: &dyn Fn(usize) -> f64| {
             for (index, arc) in p.arcs.iter().enumerate() {
+                let Some(function) = function(index) else { continue };
                 // The times of breaks are free.
                 let fixed =
                     (index == 0 && start.is_fixed(), index + 1 == p.arcs.len() && end.is_fixed() && !movable);
-                let function = Arc::clone(function);
                 let target = target(arc.nodes.start);
                 terms.push(NodeTerm::new(
                     function,
@@ -197,18 +202,34 @@ fn node_terms(ocp: &Ocp, layout: &Layout<CollocationPhase>, movable: bool) -> Ve
             }
         };
         let stride = p.rows_per_node;
-        let rows = |offset: usize| move |node| Target::Rows { first: p.defect_row(node) + offset, stride };
-        add(&phase.dynamics, true, &rows(0), &|i| -0.5 * p.nodes[i].width);
+        let rows_from =
+            |offset: usize| move |node| Target::Rows { first: p.defect_row(node) + offset, stride };
+        add(&|_| Some(Arc::clone(&phase.dynamics)), true, &rows_from(0), &|i| -0.5 * p.nodes[i].width);
         let mut offset = p.states;
         for c in &phase.path {
-            add(&c.function, false, &rows(offset), &|_| 1.0);
+            let own = offset - p.states..offset - p.states + c.rows.len();
+            let rates = p.rate_arcs.iter().filter(|a| own.contains(&a.row));
+            let of_rates =
+                |arc: usize| rates.clone().filter(move |a| a.arc == arc).map(|a| a.row - own.start);
+            let function = |arc: usize| arc_rates::without(&c.function, of_rates(arc).collect());
+            add(&|arc| Some(function(arc)), false, &rows_from(offset), &|_| 1.0);
+            let step = STEP * (guess.phases[k].final_time - guess.phases[k].initial_time);
+            for a in rates.clone() {
+                let output = a.row - own.start;
+                let rate = |arc: usize| {
+                    (arc == a.arc).then(|| arc_rates::rate(phase, &c.function, output, step)).flatten()
+                };
+                add(&rate, false, &rows_from(p.states + a.row), &|_| 1.0);
+            }
             offset += c.rows.len();
         }
         for (index, q) in phase.integrals.iter().enumerate() {
             let cost = sign * ocp.objective.integral_weight(k, index);
             let row = p.ends.integral_rows[index];
             if row.is_some() || cost != 0.0 {
-                add(&q.function, true, &|_| Target::Sum { row, cost }, &|i| p.nodes[i].weight);
+                add(&|_| Some(Arc::clone(&q.function)), true, &|_| Target::Sum { row, cost }, &|i| {
+                    p.nodes[i].weight
+                });
             }
         }
     }
