@@ -101,6 +101,34 @@ pub(crate) fn kept(ocp: &Ocp, phase: &Phase, scales: &[f64], among: &[usize]) ->
     Kept { quadratic: of(&monomials).into_iter().filter(is_quadratic).collect(), linear }
 }
 
+/// States with bounds, and the largest magnitude that each of them can have since the motion keeps a sum of squares which the initial states fix.
+pub(crate) fn largest_by_motion(ocp: &Ocp, phase: &Phase) -> Vec<(usize, f64)> {
+    let is_fixed = |s: &usize| phase.states[*s].initial.is_fixed();
+    let fixed: Vec<usize> = (0..phase.states.len()).filter(is_fixed).collect();
+    let has_bounds = |s: &usize| {
+        let Bounds { lower, upper } = phase.states[*s].variable.bounds;
+        lower.is_finite() || upper.is_finite()
+    };
+    if !fixed.iter().any(has_bounds) {
+        return Vec::new();
+    }
+    let scales = scales(phase);
+    let mut found = Vec::new();
+    for terms in kept(ocp, phase, &scales, &fixed).quadratic {
+        let squares = terms.iter().map(|&((i, j), c)| (j == Some(i)).then_some((i, c)));
+        let Some(squares) = squares.collect::<Option<Vec<_>>>() else { continue };
+        let sign = squares.first().map_or(1.0, |(_, c)| c.signum());
+        if squares.iter().any(|(_, c)| c * sign <= 0.0) {
+            continue;
+        }
+        let start = |i: usize| phase.states[i].initial.lower / scales[i];
+        let sum: f64 = squares.iter().map(|&(i, c)| c * sign * start(i).powi(2)).sum();
+        let bounded = squares.iter().filter(|(i, _)| has_bounds(i));
+        found.extend(bounded.map(|&(i, c)| (i, scales[i] * (sum / (c * sign)).sqrt())));
+    }
+    found
+}
+
 /// The rates of monomials at samples: one row for each. Nothing where the equations of motion have no values.
 fn rates(ocp: &Ocp, phase: &Phase, scales: &[f64], monomials: &[Monomial], samples: usize) -> Vec<Vec<f64>> {
     let motion = phase.dynamics.as_ref();
@@ -313,6 +341,18 @@ mod tests {
         assert_eq!(values, [4.8, 6.05, 9.8]);
         assert_eq!(between(Bounds::new(-1e9, 1.0), 5.0, 0.5), -2.0);
         assert_eq!(between(Bounds::fixed(3.0), 5.0, 0.5), 3.0);
+    }
+
+    #[test]
+    fn components_of_a_vector_that_turns_stay_within_its_length() {
+        let mut ocp = turn(0.0);
+        assert!(largest_by_motion(&ocp, &ocp.phases[0]).is_empty());
+        ocp.phases[0].states[1].variable.bounds = Bounds::at_most(9.0);
+        let [(1, most)] = largest_by_motion(&ocp, &ocp.phases[0])[..] else { panic!("the length is kept") };
+        assert!((most - 2.0).abs() <= ROUND, "{most}");
+        let mut grows = turn(1e-6);
+        grows.phases[0].states[1].variable.bounds = Bounds::at_most(9.0);
+        assert!(largest_by_motion(&grows, &grows.phases[0]).is_empty());
     }
 
     #[test]

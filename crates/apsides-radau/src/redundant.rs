@@ -2,7 +2,7 @@
 //! final states that the equations of motion keep.
 //!
 //! The components of a direction of length one need no bounds of one, nor those of an attitude quaternion that is a control in one of its
-//! components, and the attitude quaternion of a rigid body keeps its length. An altitude that starts at its bound stays above it where the flight
+//! components, and the attitude quaternion of a rigid body keeps its length, so that its components stay within it. An altitude that starts at its bound stays above it where the flight
 //! path may not point down.
 //! Stated all the same, their gradients depend on those of the others: multipliers are not unique, and Newton's method converges slowly.
 //! So such constraints are left out while the problem is solved, and such bounds are moved away.
@@ -10,6 +10,7 @@
 use apsides_ocp::{Bounds, Mesh, Ocp, PathConstraint, Phase, Trajectory, Variable};
 
 use crate::implied_ends::{ImpliedEnd, implied_ends};
+use crate::invariants::largest_by_motion;
 use crate::monotone::{Trend, trends};
 
 /// Values that are equal to this, relative to their parts, differ by rounding or by the digits of a bound.
@@ -121,8 +122,8 @@ impl Irredundant {
     }
 }
 
-/// States and controls with the bounds moved away beyond which a row cannot be met, or that a state leaves at the start of the phase and cannot
-/// come back to; none if there are none.
+/// States and controls with the bounds moved away beyond which a row cannot be met, that the motion does not pass, or that a state leaves at the
+/// start of the phase and cannot come back to; none if there are none.
 fn inputs_between_wider_bounds(ocp: &Ocp, phase: &Phase) -> Option<Vec<Variable>> {
     let mut inputs = inputs(phase);
     let rows: Vec<(Separable, Bounds)> = (phase.path.iter())
@@ -148,6 +149,19 @@ fn inputs_between_wider_bounds(ocp: &Ocp, phase: &Phase) -> Option<Vec<Variable>
             _ => continue,
         }
         (input.scale, any) = (size, true);
+    }
+    for (state, most) in largest_by_motion(ocp, phase) {
+        let input = &mut inputs[state];
+        let (size, least) = (input.size(), most * (1.0 - MET));
+        let room = ROOM * size.unwrap_or(1.0);
+        let Bounds { lower, upper } = input.bounds;
+        let is_above = upper >= least && upper.is_finite();
+        let is_below = lower <= -least && lower.is_finite();
+        input.bounds.upper = if is_above { upper + room } else { upper };
+        input.bounds.lower = if is_below { lower - room } else { lower };
+        if is_above || is_below {
+            (input.scale, any) = (size, true);
+        }
     }
     for (quadratic, bounds) in rows {
         for term in &quadratic.terms {
