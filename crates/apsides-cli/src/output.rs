@@ -15,6 +15,10 @@ use crate::exit::{Exit, Refusal, refusal};
 use crate::sentence::{fitted, readable, wrapped};
 use crate::speech::{bad, good, is_json, is_verbose, title, warned};
 
+/// Numbers outside these have an exponent.
+const SMALL: f64 = 1e-9;
+const HUGE: f64 = 1e16;
+
 /// The first failure of stdout, which is an output like any other.
 static LOST: OnceLock<String> = OnceLock::new();
 
@@ -156,7 +160,8 @@ pub(crate) fn outcome(o: &Outcome) -> String {
     for switch in &s.switches {
         text += &format!("switch: {switch}\n");
     }
-    let objective = format!("{} = {} {}", s.objective.name, s.objective.value, s.objective.unit);
+    let value = in_few_digits(s.objective.value);
+    let objective = format!("{} = {value} {}", s.objective.name, s.objective.unit);
     text += &format!("\n{}\n", title(&objective));
     let width = s.results.keys().map(String::len).max().unwrap_or(0);
     for (key, value) in &s.results {
@@ -298,6 +303,12 @@ fn details(answer: &Answer<'_>) -> String {
         }
     }
     text
+}
+
+/// All digits of a number, with an exponent where it would have many zeros.
+fn in_few_digits(value: f64) -> String {
+    let has_zeros = value != 0.0 && !(SMALL..HUGE).contains(&value.abs());
+    if has_zeros { format!("{value:e}") } else { format!("{value}") }
 }
 
 /// A sentence behind the word of its verdict.

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+/// Amounts below this have no digit among the first six.
+const LEAST_DIGIT: f64 = 5e-7;
+
 /// The origin of a constraint row of a discretised problem.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RowOrigin {
@@ -34,6 +37,12 @@ impl fmt::Display for Unmet {
         if let Some(t) = time {
             write!(f, ", t = {t:.3} s")?;
         }
-        write!(f, ": violated by {:.6} {unit}", self.amount.abs())
+        let amount = self.amount.abs();
+        // Small amounts count where the scale of the constraint is small.
+        if amount < LEAST_DIGIT {
+            write!(f, ": violated by {amount:.2e} {unit}")
+        } else {
+            write!(f, ": violated by {amount:.6} {unit}")
+        }
     }
 }

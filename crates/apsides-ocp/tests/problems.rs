@@ -17,6 +17,9 @@ const ROUNDING: f64 = 1e-14;
 /// Round-off at ends that a swing leaves as they are.
 const ROUNDING_OF_ENDS: f64 = 1e-12;
 
+/// Discretisation: a hundred steps of order four.
+const RUNGE_KUTTA: f64 = 1e-6;
+
 /// Round-off of numbers of some millions.
 const ROUNDING_OF_MILLIONS: f64 = 1e-9;
 
@@ -179,6 +182,30 @@ fn a_guess_is_in_motion_where_nothing_is_asked_that_it_misses() {
         State::new("x", "m").within(-1.0, 0.6),
     ];
     assert!(misses.into_iter().all(|x| pushed(x).0), "the highest point is 2/3 m");
+}
+
+/// A motion that grows by `e^40` says nothing of the size of a solution.
+#[test]
+fn a_guess_does_not_run_away() {
+    struct Unstable;
+    impl Dynamics<1, 1> for Unstable {
+        fn rate<S: Scalar>(&self, _t: S, x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+            [x[0] * 2.0 + u[0]]
+        }
+    }
+    let end = |duration: f64| {
+        let phase = Phase::new("go", Unstable)
+            .states([State::new("x", "m").starts_at(1.0)])
+            .controls([Variable::new("u", "m/s")])
+            .final_time(Bounds::fixed(duration));
+        let ocp =
+            Ocp::builder("run").phase(phase).minimize("x", "m", At::FinalState("go", "x")).build().unwrap();
+        let mut end = [0.0];
+        Guess::linear(&ocp).in_motion(&ocp).phases[0].state(1.0, &mut end);
+        end[0]
+    };
+    assert!((end(1.0) - 2.0_f64.exp()).abs() < RUNGE_KUTTA);
+    assert_eq!(end(20.0), 1.0);
 }
 
 /// The states of a guess at a part of its first phase.

@@ -1,9 +1,12 @@
 //! Guesses that fly: the equations of motion integrated with given controls.
 
-use crate::{Guess, Ocp, OcpError, Phase, PhaseGuess};
+use crate::{Guess, Ocp, OcpError, Phase, PhaseGuess, Scaling};
 
 /// Steps of a flight, which are the intervals of the guess.
 const STEPS: usize = 100;
+
+/// A motion that leaves the scales of the guess by this runs away.
+const RUNS_AWAY: f64 = 1e8;
 
 impl Guess {
     /// The flight of each phase with the controls that `control` gives for the index of the phase, the time and the states, from the
@@ -16,16 +19,21 @@ impl Guess {
     }
 
     /// The flight from the start of the guess with its controls, those with bounds on both sides in the middle of them, if it meets all
-    /// that is asked of states; the guess itself if it does not. A start that moves is nearer to an optimum than one at rest where
-    /// nothing is asked at the end.
+    /// that is asked of states and does not run away; the guess itself if it does not. A start that moves is nearer to an optimum than one at
+    /// rest where nothing is asked at the end.
     #[must_use]
     pub fn in_motion(self, ocp: &Ocp) -> Self {
         if !ocp.constraints.is_empty() {
             return self;
         }
         let steady: Vec<Vec<f64>> = ocp.phases.iter().zip(&self.phases).map(steady_controls).collect();
+        let scaling = Scaling::new(ocp, &self);
+        let stays = |flown: &Self| {
+            let mut sizes = flown.phases.iter().zip(&scaling.phases);
+            sizes.all(|(flight, scaling)| is_within(flight, &scaling.states))
+        };
         match self.flown(ocp, |k, _, _| steady[k].clone()) {
-            Ok(flown) if ocp.phases.iter().zip(&flown.phases).all(meets_bounds) => flown,
+            Ok(flown) if ocp.phases.iter().zip(&flown.phases).all(meets_bounds) && stays(&flown) => flown,
             _ => self,
         }
     }
@@ -71,6 +79,15 @@ fn meets_bounds((phase, flight): (&Phase, &PhaseGuess)) -> bool {
             let asked = if step == STEPS { &state.terminal } else { &state.variable.bounds };
             asked.excess(*value) <= 0.0
         })
+    })
+}
+
+/// True unless a state leaves the scales of the guess by far: the size of an unstable motion says nothing of that of a solution.
+fn is_within(flight: &PhaseGuess, scales: &[f64]) -> bool {
+    let mut states = vec![0.0; scales.len()];
+    (0..=STEPS).all(|step| {
+        flight.state(step as f64 / STEPS as f64, &mut states);
+        states.iter().zip(scales).all(|(state, scale)| state.abs() <= RUNS_AWAY * scale)
     })
 }
 
