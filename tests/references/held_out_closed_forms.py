@@ -656,6 +656,7 @@ OPTIMA = {
     "effort_of_a_growing_gain": lambda: 3,
     "effort_with_a_limit_of_the_speed": lambda: 8 * 0.6**2 / (3 * 0.5),
     "end_at_bounds": lambda: 12 / 8,
+    "end_at_the_bottom_of_a_well": lambda: least(lambda x: (x**2 - 1) ** 2 + 0.3 * x, -1.2, -1),
     "end_in_a_one_sided_range": lambda: 5,
     "end_in_a_wide_range": lambda: 3,
     "far_end_time": lambda: 2 * sqrt(1e-8),

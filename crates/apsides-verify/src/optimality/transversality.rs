@@ -32,6 +32,7 @@ pub(super) fn checks(
         ends: &ends,
         scales: &scales,
         cost,
+        curvature: EndGradient::curvature_of_cost(ocp, &ends),
         gradient,
         costate_size,
         at_kinks: Vec::new(),
@@ -57,6 +58,8 @@ struct EndConditions<'a> {
     settings: &'a VerifySettings,
     ends: &'a Ends,
     scales: &'a EndScales<'a>,
+    /// Diagonal of the Hessian of the end cost, without its sign.
+    curvature: EndGradient,
     /// Gradient of the end cost, and of the end cost with the endpoint constraints.
     cost: EndGradient,
     gradient: EndGradient,
@@ -151,13 +154,17 @@ impl EndConditions<'_> {
                 (EndpointInput::FinalState { phase: k, state: i }, "final", -last[i], state.terminal),
             ];
             for (input, which, inner, bounds) in ends {
-                let cost = self.cost.value(input).unwrap_or(0.0) * self.scales.scale(input);
+                let scale = self.scales.scale(input);
+                let cost = self.cost.value(input).unwrap_or(0.0) * scale;
+                // Where the cost is flat at the optimum, costates are rounding: then by what the slope would change, were the state off by its value.
+                let own = scale.min(self.ends.value(input).abs());
+                let bend = scale * own * self.curvature.value(input).unwrap_or(0.0);
                 all.push(Condition {
                     name: format!("{which} {}", state.variable.name),
                     input,
                     inner,
                     bounds: bounds.intersect(&state.variable.bounds),
-                    size: self.costate_size.max(cost.abs()),
+                    size: self.costate_size.max(cost.abs()).max(bend),
                 });
             }
         }
@@ -241,7 +248,6 @@ impl EndConditions<'_> {
         if self.ocp.parameters.is_empty() {
             return None;
         }
-        let curvature = EndGradient::curvature_of_cost(self.ocp, self.ends);
         let mut worst = Worst::default();
         for (i, p) in self.ocp.parameters.iter().enumerate() {
             let input = EndpointInput::Parameter { index: i };
@@ -253,7 +259,7 @@ impl EndConditions<'_> {
             let value = self.ends.value(input);
             // Where the cost of the ends is flat in it, nothing else has a size: then by what the parameter, were it off by its own size, would change.
             let own = if value == 0.0 { scale } else { scale.min(value.abs()) };
-            let bend = own * curvature.value(input).unwrap_or(0.0);
+            let bend = own * self.curvature.value(input).unwrap_or(0.0);
             let size = (scale * sizes[i].max(cost.abs()).max(bend)).max(self.costate_size);
             let slope = relative((slopes[i] + outer) * scale, size);
             // Beside a wide range a way to the bound that looks short may be worth much.
