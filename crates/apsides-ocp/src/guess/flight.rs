@@ -1,11 +1,11 @@
 //! Guesses that fly: the equations of motion integrated with given controls.
 
-use crate::{Guess, Ocp, OcpError, Phase, PhaseGuess, Scaling};
+use crate::{Guess, Ocp, OcpError, Phase, PhaseGuess};
 
 /// Steps of a flight, which are the intervals of the guess.
 const STEPS: usize = 100;
 
-/// A motion that leaves the scales of the guess by this runs away.
+/// A motion that leaves the sizes that are known by this runs away.
 const RUNS_AWAY: f64 = 1e8;
 
 impl Guess {
@@ -27,10 +27,9 @@ impl Guess {
             return self;
         }
         let steady: Vec<Vec<f64>> = ocp.phases.iter().zip(&self.phases).map(steady_controls).collect();
-        let scaling = Scaling::new(ocp, &self);
         let stays = |flown: &Self| {
-            let mut sizes = flown.phases.iter().zip(&scaling.phases);
-            sizes.all(|(flight, scaling)| is_within(flight, &scaling.states))
+            let mut flights = ocp.phases.iter().zip(&self.phases).zip(&flown.phases);
+            flights.all(|((phase, guess), flight)| is_within(flight, &sizes(phase, guess)))
         };
         match self.flown(ocp, |k, _, _| steady[k].clone()) {
             Ok(flown) if ocp.phases.iter().zip(&flown.phases).all(meets_bounds) && stays(&flown) => flown,
@@ -82,12 +81,21 @@ fn meets_bounds((phase, flight): (&Phase, &PhaseGuess)) -> bool {
     })
 }
 
-/// True unless a state leaves the scales of the guess by far: the size of an unstable motion says nothing of that of a solution.
-fn is_within(flight: &PhaseGuess, scales: &[f64]) -> bool {
-    let mut states = vec![0.0; scales.len()];
+/// The largest magnitude that is known of each state.
+fn sizes(phase: &Phase, guess: &PhaseGuess) -> Vec<f64> {
+    let (mut start, mut end) = (vec![0.0; phase.states.len()], vec![0.0; phase.states.len()]);
+    guess.state(0.0, &mut start);
+    guess.state(1.0, &mut end);
+    let ends = start.iter().zip(&end).map(|(a, b)| a.abs().max(b.abs()));
+    phase.states.iter().zip(ends).map(|(s, met)| s.variable.size().unwrap_or(1.0).max(met)).collect()
+}
+
+/// True unless a state leaves these sizes by far: that of an unstable motion says nothing of that of a solution.
+fn is_within(flight: &PhaseGuess, sizes: &[f64]) -> bool {
+    let mut states = vec![0.0; sizes.len()];
     (0..=STEPS).all(|step| {
         flight.state(step as f64 / STEPS as f64, &mut states);
-        states.iter().zip(scales).all(|(state, scale)| state.abs() <= RUNS_AWAY * scale)
+        states.iter().zip(sizes).all(|(state, size)| state.abs() <= RUNS_AWAY * size)
     })
 }
 
