@@ -16,6 +16,9 @@ use crate::{Bounds, Ocp, OcpError, Phase, PhaseTrajectory, Trajectory, Variable}
 
 /// Distance from a bound, relative to a turn, that a barrier leaves.
 const AT_BOUND: f64 = 1e-6;
+/// Part of a phase within which an angle leaps, and the least part of a turn by which.
+const SHORT: f64 = 0.02;
+const LEAP: f64 = 0.75;
 /// Points between two nodes at which a passage is looked for.
 const BETWEEN: usize = 4;
 /// Bisections of a passage, to rounding.
@@ -56,14 +59,17 @@ impl Turns {
         Some(Self { ocp: wider, angles })
     }
 
-    /// True if a trajectory of the problem as it was posed has such an angle at one of its bounds.
+    /// True if a trajectory of the problem as it was posed has such an angle at one of its bounds, or one that leaps by most of a turn: an angle
+    /// that would pass a bound may do so before it comes there.
     #[must_use]
     pub fn are_stopped(&self, posed: &Trajectory) -> bool {
         posed.phases.iter().zip(&self.angles).any(|(found, angles)| {
-            let nodes = found.control.segments().iter().flat_map(|s| s.values.chunks(angles.len().max(1)));
-            nodes
-                .flat_map(|u| u.iter().zip(angles))
-                .any(|(u, angle)| angle.is_some_and(|a| a.bounds.excess(*u) >= -AT_BOUND * a.turn))
+            let angles = angles.iter().enumerate().filter_map(|(j, angle)| Some((j, (*angle)?)));
+            let mut of_angles = angles.map(|(j, angle)| (course(found, j), angle));
+            of_angles.any(|(course, angle)| {
+                let is_at_bound = |u: f64| angle.bounds.excess(u) >= -AT_BOUND * angle.turn;
+                course.iter().any(|(_, u)| is_at_bound(*u)) || leaps(&course, angle.turn)
+            })
         })
     }
 
@@ -187,4 +193,24 @@ fn of_controls(phase: &Phase) -> Vec<Option<Angle>> {
         (upper - lower >= (1.0 - ROUNDING) * turn).then_some(Angle { turn, bounds: control.bounds })
     });
     angle.collect()
+}
+
+/// A control at its nodes, with their places in the phase.
+fn course(found: &PhaseTrajectory, control: usize) -> Vec<(f64, f64)> {
+    let (start, duration) = (found.initial_time, found.final_time - found.initial_time);
+    let width = found.control.dimension();
+    let segments = found.control.segments().iter().enumerate();
+    let nodes = segments.flat_map(|(k, s)| {
+        let values = s.values.iter().skip(control).step_by(width.max(1));
+        found.control.node_times(k).zip(values).map(|(t, u)| ((t - start) / duration, *u))
+    });
+    nodes.collect()
+}
+
+/// Says whether an angle changes by most of a turn within a short part of its course.
+fn leaps(course: &[(f64, f64)], turn: f64) -> bool {
+    course.iter().enumerate().any(|(k, (from, u))| {
+        let mut near = course[k..].iter().take_while(|(to, _)| to - from <= SHORT);
+        near.any(|(_, other)| (other - u).abs() >= LEAP * turn)
+    })
 }

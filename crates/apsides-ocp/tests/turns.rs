@@ -82,3 +82,40 @@ fn an_angle_that_turned_on_comes_back_with_an_end_where_it_passed() {
         assert!((u[0] - expected).abs() < ROUNDING, "{t} {u:?}");
     }
 }
+
+/// Between -4 and 4 an angle may go back by a turn from any value above `4 - pi`, before it comes to a bound.
+#[test]
+fn an_angle_that_leaps_by_a_turn_is_stopped() {
+    let turns = Turns::of(&problem(Plane, [-4.0, 4.0])).unwrap();
+    let stops = |leap: f64, end: f64| {
+        let basis = Arc::new(Barycentric::new(&[-1.0, 1.0]).unwrap());
+        let line = |values: Vec<f64>| Segment { basis: Arc::clone(&basis), values };
+        let control = vec![line(vec![3.0, 3.5]), line(vec![3.5, 3.5 - leap]), line(vec![3.5 - leap; 2])];
+        let state = (0..3).map(|_| line(vec![0.0; 4])).collect();
+        let breaks = vec![0.0, 0.5, end, 1.0];
+        let phase = PhaseTrajectory {
+            name: "go".into(),
+            initial_time: 0.0,
+            final_time: 1.0,
+            mesh: PhaseMesh::new(breaks.clone(), vec![2; 3]).unwrap(),
+            state: PiecewisePolynomial::new(2, breaks.clone(), state).unwrap(),
+            control: PiecewisePolynomial::new(1, breaks, control).unwrap(),
+            costate: None,
+            path_multipliers: None,
+            contacts: Vec::new(),
+            integral_multipliers: None,
+            interval_errors: vec![0.0; 3],
+        };
+        let phases = vec![phase];
+        turns.are_stopped(&Trajectory {
+            phases,
+            parameters: vec![],
+            objective: 1.0,
+            constraint_multipliers: None,
+        })
+    };
+    assert!(stops(TAU, 0.51));
+    // A thrust that turns round, and one that takes its time.
+    assert!(!stops(PI, 0.51));
+    assert!(!stops(TAU, 0.6));
+}
