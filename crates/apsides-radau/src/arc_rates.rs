@@ -11,15 +11,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use apsides_ad::trace::OpaqueFunction;
 use apsides_ad::{Formula, NodeFunction, NodePattern};
-use apsides_basis::Barycentric;
-use apsides_ocp::{Phase, PhaseTrajectory};
+use apsides_basis::{Barycentric, Gauss};
+use apsides_ocp::{Contact, Phase, PhaseTrajectory};
 
-use crate::junction::row_function;
+use crate::junction::{RateArc, slopes_by_states};
 use crate::layout::CollocationPhase;
 use crate::row_rate::RowRate;
 
 /// Impulses within this part of an arc before its start and behind its end are those of its ends.
 const NEAR: f64 = 1e-3;
+
+/// Points of the rule that integrates a density from one point to the next.
+const BETWEEN: usize = 3;
 
 /// The first rate of an output of a path function.
 pub(crate) fn rate(
@@ -167,13 +170,13 @@ pub(crate) fn add_to_costates(
     let first = p.interval_start(interval);
     for arc in p.rate_arcs.iter().filter(|a| (a.ends[0]..a.ends[1]).contains(&interval)) {
         let Some(along) = RateMultipliers::new(p, x, y, interval, arc.row) else { continue };
-        let mut gradient = Gradient::new(phase, arc.row);
         for (j, place) in p.rules[interval].support().iter().enumerate() {
             let node = first + j;
             // The end of an arc is a node of the next one, at the same time.
             let state = &x[p.state_column(node)..][..p.states];
             let time = if node < p.nodes.len() { p.time(node, x) } else { x[p.ends.final_time] };
-            let slopes = gradient.at(state, x.get(first_parameter..).unwrap_or_default(), time);
+            let parameters = x.get(first_parameter..).unwrap_or_default();
+            let slopes = slopes_by_states(phase, arc.row, (state, parameters, time));
             let multiplier = along.at(*place);
             let own = &mut costates[j * p.states..(j + 1) * p.states];
             own.iter_mut().zip(slopes).for_each(|(l, g)| *l += multiplier * g);
@@ -181,38 +184,11 @@ pub(crate) fn add_to_costates(
     }
 }
 
-/// Gradients of a row by the states.
-struct Gradient<'a> {
-    phase: &'a Phase,
-    row: usize,
-    slopes: Vec<f64>,
-}
-
-impl<'a> Gradient<'a> {
-    fn new(phase: &'a Phase, row: usize) -> Self {
-        Self { phase, row, slopes: vec![0.0; phase.states.len()] }
-    }
-
-    fn at(&mut self, state: &[f64], parameters: &[f64], time: f64) -> &[f64] {
-        self.slopes.fill(0.0);
-        let Some((path, output)) = row_function(self.phase, self.row) else { return &self.slopes };
-        let (nx, nu) = (self.phase.states.len(), self.phase.controls.len());
-        let mut z = vec![0.0; path.function.inputs()];
-        let last = z.len() - 1;
-        z[..nx].copy_from_slice(state);
-        z[nx + nu..last].iter_mut().zip(parameters).for_each(|(z, p)| *z = *p);
-        z[last] = time;
-        let pattern = path.function.pattern();
-        let (mut values, mut entries) =
-            (vec![0.0; path.function.outputs()], vec![0.0; pattern.jacobian_len()]);
-        path.function.jacobian(&z, &mut values, &mut entries);
-        for ((r, c), v) in pattern.jacobian_entries().zip(&entries) {
-            if r == output && c < nx {
-                self.slopes[c] += v;
-            }
-        }
-        &self.slopes
-    }
+/// Says whether a contact of a trajectory belongs to such an arc.
+pub(crate) fn is_of(p: &CollocationPhase, arc: &RateArc, t: &PhaseTrajectory, contact: &Contact) -> bool {
+    let [start, end] = arc.ends.map(|end| t.time_at(p.mesh.fractions()[end]));
+    let near = NEAR * (end - start);
+    arc.row == contact.row && (start - near..=end + near).contains(&t.contact_time(contact))
 }
 
 /// Puts the multipliers of a trajectory into those of the rates: `pi` is what is left of the impulse and of the integral of the density.
@@ -227,26 +203,21 @@ pub(crate) fn set_multipliers(
     else {
         return;
     };
+    let Ok(rule) = Gauss::shared(BETWEEN) else { return };
     let mut multipliers = vec![0.0; path.dimension()];
     for arc in &p.rate_arcs {
         let nodes = p.arcs[arc.arc].nodes.clone();
-        let fraction = |end: usize| p.mesh.fractions()[end];
         let time = |node: usize| t.time_at(p.nodes.get(node).map_or(1.0, |n| n.fraction));
-        let (start, end) = (t.time_at(fraction(arc.ends[0])), t.time_at(fraction(arc.ends[1])));
-        let near = NEAR * (end - start);
+        let [start, end] = arc.ends.map(|end| t.time_at(p.mesh.fractions()[end]));
         let impulses = |until: f64| -> f64 {
-            let own = t.contacts.iter().filter(|c| c.row == arc.row);
-            own.filter(|c| (start - near..=until).contains(&t.contact_time(c))).map(|c| c.multiplier).sum()
+            let own = t.contacts.iter().filter(|c| is_of(p, arc, t, c));
+            own.filter(|c| t.contact_time(c) <= until).map(|c| c.multiplier).sum()
         };
-        let mut gradient = Gradient::new(phase, arc.row);
         let (mut from, mut integral) = (start, 0.0);
         let mut advance = |to: f64| {
-            // The rule of Gauss and Legendre with three points.
-            for (place, weight) in
-                [(-0.774_596_669_241_483_4, 5.0), (0.0, 8.0), (0.774_596_669_241_483_4, 5.0)]
-            {
+            for (place, weight) in rule.nodes().iter().zip(rule.weights()) {
                 path.evaluate(from + 0.5 * (to - from) * (place + 1.0), &mut multipliers);
-                integral += (to - from) * weight / 18.0 * multipliers[arc.row];
+                integral += 0.5 * (to - from) * weight * multipliers[arc.row];
             }
             from = to;
             integral
@@ -256,7 +227,7 @@ pub(crate) fn set_multipliers(
             let multiplier = -(advance(time(node)) + impulses(time(node)));
             y[p.path_row(node) + arc.row] = multiplier * p.nodes[node].weight * p.arc_duration(arc.arc, x);
             t.state.evaluate(time(node), &mut state);
-            let slopes = gradient.at(&state, &[], time(node));
+            let slopes = slopes_by_states(phase, arc.row, (&state, &[], time(node)));
             let weight = p.rules[p.nodes[node].interval].weights()[p.nodes[node].local];
             // Without the parameters there may be no slopes.
             for (s, slope) in slopes.iter().enumerate().filter(|(_, slope)| slope.is_finite()) {
@@ -264,7 +235,7 @@ pub(crate) fn set_multipliers(
             }
         }
         if nodes.end < p.nodes.len() {
-            y[p.path_row(nodes.end) + arc.row] = advance(end) + impulses(end + near);
+            y[p.path_row(nodes.end) + arc.row] = advance(end) + impulses(f64::INFINITY);
         }
     }
 }

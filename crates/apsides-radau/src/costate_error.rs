@@ -17,7 +17,7 @@ use apsides_ocp::{
 
 use crate::RadauError;
 use crate::boundary_arcs::holds_with_first_rate;
-use crate::junction::{Junction, junctions, row_function};
+use crate::junction::{Junction, junctions, slopes_by_states};
 use crate::settings::RadauSettings;
 
 /// A state closer to its bound than this part of its scale is at it.
@@ -231,32 +231,17 @@ impl Slopes<'_> {
 
     /// The largest jump of the costates at a junction without that of its contact, in the unit of the objective: at an optimum there is none.
     fn jump(&self, junction: &Junction, scales: &[f64], parameters: &[f64]) -> f64 {
-        let Some((costate, (path, output))) =
-            self.found.costate.as_ref().zip(row_function(self.phase, junction.row))
-        else {
-            return 0.0;
-        };
-        let (nx, nu, end) = (scales.len(), self.phase.controls.len(), junction.end);
+        let Some(costate) = &self.found.costate else { return 0.0 };
+        let (nx, end) = (scales.len(), junction.end);
         let time = costate.breaks()[end];
-        let (mut before, mut after) = (vec![0.0; nx], vec![0.0; nx]);
+        let (mut before, mut after, mut state) = (vec![0.0; nx], vec![0.0; nx], vec![0.0; nx]);
         costate.evaluate_in(end - 1, time, &mut before);
         costate.evaluate_in(end, time, &mut after);
-        let mut z = vec![0.0; path.function.inputs()];
-        let last = z.len() - 1;
-        self.found.state.evaluate_in(end, time, &mut z[..nx]);
-        z[nx + nu..last].copy_from_slice(&parameters[..last - nx - nu]);
-        z[last] = time;
-        let pattern = path.function.pattern();
-        let (mut values, mut entries) =
-            (vec![0.0; path.function.outputs()], vec![0.0; pattern.jacobian_len()]);
-        path.function.jacobian(&z, &mut values, &mut entries);
+        self.found.state.evaluate_in(end, time, &mut state);
+        let slopes = slopes_by_states(self.phase, junction.row, (&state, parameters, time));
         let contact = self.found.contacts.iter().find(|c| c.end == end && c.row == junction.row);
         let multiplier = contact.map_or(0.0, |c| c.multiplier);
-        for ((r, c), v) in pattern.jacobian_entries().zip(&entries) {
-            if r == output && c < nx {
-                after[c] += multiplier * v;
-            }
-        }
+        after.iter_mut().zip(slopes).for_each(|(l, slope)| *l += multiplier * slope);
         let jumps = before.iter().zip(&after).zip(scales).map(|((a, b), s)| ((a - b) * s).abs());
         jumps.fold(0.0, f64::max)
     }

@@ -41,6 +41,31 @@ pub(crate) fn row_function(phase: &Phase, row: usize) -> Option<(&PathConstraint
     Some((path, row + path.rows.len() - first))
 }
 
+/// The slopes of a row without controls by the states, at a state, parameters and a time; parameters that are not given are zero.
+pub(crate) fn slopes_by_states(
+    phase: &Phase,
+    row: usize,
+    (state, parameters, time): (&[f64], &[f64], f64),
+) -> Vec<f64> {
+    let mut slopes = vec![0.0; state.len()];
+    let Some((path, output)) = row_function(phase, row) else { return slopes };
+    let width = phase.states.len() + phase.controls.len();
+    let mut z = vec![0.0; path.function.inputs()];
+    let last = z.len() - 1;
+    z[..state.len()].copy_from_slice(state);
+    z[width..last].iter_mut().zip(parameters).for_each(|(z, p)| *z = *p);
+    z[last] = time;
+    let pattern = path.function.pattern();
+    let (mut values, mut entries) = (vec![0.0; path.function.outputs()], vec![0.0; pattern.jacobian_len()]);
+    path.function.jacobian(&z, &mut values, &mut entries);
+    for ((r, c), v) in pattern.jacobian_entries().zip(&entries) {
+        if r == output && c < slopes.len() {
+            slopes[c] += v;
+        }
+    }
+    slopes
+}
+
 /// The inputs that a row depends on.
 fn columns(phase: &Phase, row: usize) -> Option<&[usize]> {
     let (path, output) = row_function(phase, row)?;

@@ -148,7 +148,7 @@ impl PhaseLayout for CollocationPhase {
             }
         }
         arc_rates::set_multipliers(phase, self, t, x, y);
-        let has_rates = |c: &&Contact| self.rate_arcs.iter().any(|a| a.row == c.row);
+        let has_rates = |c: &&Contact| self.rate_arcs.iter().any(|a| arc_rates::is_of(self, a, t, c));
         for c in t.contacts.iter().filter(|c| c.row < path_rows && !has_rates(c)) {
             let fraction = t.mesh.fractions().get(c.end).copied().unwrap_or(f64::NAN);
             let distance = |i: usize| (self.nodes[i].fraction - fraction).abs();

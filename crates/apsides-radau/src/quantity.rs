@@ -91,13 +91,8 @@ impl<'a> Quantity<'a> {
         match self.kind {
             QuantityKind::Control(c) => report.x[p.control_column(node) + c],
             QuantityKind::Row(row) => match p.rate_arc_at(node, row) {
-                Some(arc) => {
-                    if arc.upper {
-                        self.variable.bounds.upper
-                    } else {
-                        self.variable.bounds.lower
-                    }
-                }
+                Some(arc) if arc.upper => self.variable.bounds.upper,
+                Some(_) => self.variable.bounds.lower,
                 None => report.constraint_values[p.path_row(node) + row],
             },
             QuantityKind::State(s) => report.x[p.state_column(node) + s],

@@ -2,8 +2,8 @@
 //! final states that the equations of motion keep.
 //!
 //! The components of a direction of length one need no bounds of one, nor those of an attitude quaternion that is a control in one of its
-//! components, and the attitude quaternion of a rigid body keeps its length, so that its components stay within it. An altitude that starts at its bound stays above it where the flight
-//! path may not point down.
+//! components, and the attitude quaternion of a rigid body keeps its length, so that its components stay within it. An altitude that starts at its
+//! bound stays above it where the flight path may not point down.
 //! Stated all the same, their gradients depend on those of the others: multipliers are not unique, and Newton's method converges slowly.
 //! So such constraints are left out while the problem is solved, and such bounds are moved away.
 

@@ -32,6 +32,7 @@ struct Work {
     /// Slopes of the row by the states.
     own: Vec<f64>,
     of_rates: Vec<f64>,
+    bends_before: Vec<f64>,
     moved: Vec<f64>,
     /// Second derivatives, over all inputs.
     square: Vec<f64>,
@@ -66,6 +67,7 @@ impl RowRate {
             gradient: vec![0.0; inputs],
             own: vec![0.0; dynamics.outputs()],
             of_rates: vec![0.0; of_rates.hessian_len()],
+            bends_before: vec![0.0; of_row.hessian_len()],
             moved: vec![0.0; inputs],
             square: vec![0.0; inputs * inputs],
         };
@@ -91,7 +93,20 @@ impl RowRate {
 
     /// Second derivatives in the work space, from the slopes, the bends and the rates there.
     fn bend(&self, z: &[f64], work: &mut Work) {
-        let Work { values, slopes, weights, bends, rates, entries, own, of_rates, moved, square, .. } = work;
+        let Work {
+            values,
+            slopes,
+            weights,
+            bends,
+            rates,
+            entries,
+            own,
+            of_rates,
+            bends_before,
+            moved,
+            square,
+            ..
+        } = work;
         let (row, dynamics) = (self.row.as_ref(), self.dynamics.as_ref());
         let n = z.len();
         row.jacobian(z, values, slopes);
@@ -125,17 +140,19 @@ impl RowRate {
                 add(j, i, *bend);
             }
         }
-        // The third derivatives of the row along the flow.
-        for sign in [1.0, -1.0] {
+        // The third derivatives of the row along the flow, where it is known on both sides.
+        let mut bends_at = |step: f64, bends: &mut [f64]| {
             moved.copy_from_slice(z);
-            moved.iter_mut().zip(rates.iter()).for_each(|(m, rate)| *m += sign * self.step * rate);
-            moved[n - 1] += sign * self.step;
+            moved.iter_mut().zip(rates.iter()).for_each(|(m, rate)| *m += step * rate);
+            moved[n - 1] += step;
             row.hessian(moved, weights, bends);
-            if bends.iter().all(|b| b.is_finite()) {
-                for (&(i, j), bend) in row.pattern().hessian.iter().zip(bends.iter()) {
-                    square[i * n + j] += sign * bend / (2.0 * self.step);
-                }
-            }
+        };
+        bends_at(self.step, bends);
+        bends_at(-self.step, bends_before);
+        let pairs = row.pattern().hessian.iter().zip(bends.iter().zip(bends_before.iter()));
+        for (&(i, j), (after, before)) in pairs {
+            let third = (after - before) / (2.0 * self.step);
+            square[i * n + j] += if third.is_finite() { third } else { 0.0 };
         }
     }
 
