@@ -30,6 +30,17 @@ def least(function, low, high):
     return minimize_scalar(function, bounds=(low, high), method="bounded", options={"xatol": 1e-13}).fun
 
 
+def unstable_aircraft():
+    """The Riccati equation backward from nothing over ten seconds."""
+    a, b, q = np.array([[-0.6, 1], [5, -0.5]]), np.array([[0], [3]]), np.diag([1, 0.1])
+
+    def rate(_, flat):
+        p = flat.reshape(2, 2)
+        return (a.T @ p + p @ a - p @ b @ b.T @ p + q).ravel()
+
+    return 0.1**2 * solve_ivp(rate, (0, 10), np.zeros(4), method="DOP853", rtol=1e-13, atol=1e-15).y[0, -1]
+
+
 def moving_wall():
     touch = root(lambda t: 0.25 * t**1.5 + 0.5 * (0.375 * sqrt(t)) ** 2 - 5.5, 1, 20)
     return touch + 0.375 * sqrt(touch)
@@ -829,6 +840,8 @@ OPTIMA = {
     "two_media_given_time": lambda: least(lambda s: 1 / s + 4 / (3 - s), 0.1, 2.9),
     "two_phases_on_a_limit": lambda: 8 * 0.6**2 / (3 * 0.5),
     "two_touches": two_touches,
+    "unstable_aircraft": unstable_aircraft,
+    "unstable_plant": lambda: 2 + sqrt(5),
     "way_around_a_disc": lambda: around_disc((-2, 0), (2, 0.5), 1.0),
     "wide_bounds": lambda: 12,
     "wide_time": lambda: 2,

@@ -35,7 +35,8 @@ impl Boundary<'_> {
             match self.failed_flight(k) {
                 Some(check) => checks.push(check),
                 None => {
-                    checks.extend(self.misses(k, &scales));
+                    checks.extend(misses(self.ocp, self.trajectory, k, &self.flights[k], &scales));
+                    checks.extend(self.jumps(k, &scales));
                     checks.extend(self.state_bounds(k, &scales));
                     checks.extend(self.integral_bounds(k));
                 }
@@ -59,23 +60,32 @@ impl Boundary<'_> {
         Some(Check::new(name, KIND, missing, 0.0, phase.time_unit.clone(), at))
     }
 
-    /// One check per state: the re-simulation against the trajectory at the end of the phase.
-    fn misses(&self, k: usize, scales: &EndScales<'_>) -> Vec<Check> {
-        let (phase, found) = (&self.ocp.phases[k], &self.trajectory.phases[k]);
-        let expected = found.final_state();
-        let miss = |(i, state): (usize, &apsides_ocp::State)| {
-            let Variable { name, unit, .. } = &state.variable;
-            let limit = scales.tolerance(EndpointInput::FinalState { phase: k, state: i });
-            Check::new(
-                format!("re-simulated {name} at the end of {}", phase.name),
-                KIND,
-                (self.flights[k].final_state[i] - expected[i]).abs(),
-                limit,
-                unit.clone(),
-                place(phase, found.final_time),
+    /// What a flight in pieces leaves between them.
+    fn jumps(&self, k: usize, scales: &EndScales<'_>) -> Option<Check> {
+        let phase = &self.ocp.phases[k];
+        let mut worst = Worst::default();
+        for restart in &self.flights[k].restarts {
+            for (i, (state, jump)) in phase.states.iter().zip(&restart.jump).enumerate() {
+                let limit = scales.tolerance(EndpointInput::FinalState { phase: k, state: i });
+                let at = || format!("{}, {}", state.variable.name, place(phase, restart.time));
+                worst.consider(jump.abs(), limit, &state.variable.unit, at);
+            }
+        }
+        worst.into_check(format!("jumps between the re-simulated pieces of {}", phase.name), KIND)
+    }
+
+    /// A sentence for each phase that is flown in pieces.
+    pub(crate) fn pieces(&self) -> impl Iterator<Item = String> {
+        let phases =
+            self.ocp.phases.iter().zip(self.flights).filter(|(_, flight)| !flight.restarts.is_empty());
+        phases.map(|(phase, flight)| {
+            let growth: f64 = flight.restarts.iter().map(|restart| restart.growth.log10()).sum();
+            let (name, pieces) = (&phase.name, flight.restarts.len() + 1);
+            format!(
+                "phase `{name}` is re-simulated in {pieces} pieces: its errors grow up to 1e{growth:.0} times on the way, so that feedback alone holds it on \
+                 its course"
             )
-        };
-        phase.states.iter().enumerate().map(miss).collect()
+        })
     }
 
     fn state_bounds(&self, k: usize, scales: &EndScales<'_>) -> Option<Check> {
@@ -234,6 +244,31 @@ impl Boundary<'_> {
         let parts = linear.chain(functions).chain(integrals);
         parts.filter(|part| part.is_finite()).fold(0.0, f64::max)
     }
+}
+
+/// One check per state: the re-simulation against the trajectory at the end of the phase.
+pub(crate) fn misses(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    k: usize,
+    flight: &Flight,
+    scales: &EndScales<'_>,
+) -> Vec<Check> {
+    let (phase, found) = (&ocp.phases[k], &trajectory.phases[k]);
+    let expected = found.final_state();
+    let miss = |(i, state): (usize, &apsides_ocp::State)| {
+        let Variable { name, unit, .. } = &state.variable;
+        let limit = scales.tolerance(EndpointInput::FinalState { phase: k, state: i });
+        Check::new(
+            format!("re-simulated {name} at the end of {}", phase.name),
+            KIND,
+            (flight.final_state[i] - expected[i]).abs(),
+            limit,
+            unit.clone(),
+            place(phase, found.final_time),
+        )
+    };
+    phase.states.iter().enumerate().map(miss).collect()
 }
 
 /// Typical size of a bounded quantity: as stated, else from its bounds and what is met between them, else the larger finite bound, else the

@@ -14,6 +14,12 @@ const SENTENCES: &[(CheckKind, &str, &str)] = {
         ),
         (
             Feasibility,
+            "jumps between the re-simulated pieces",
+            "Where errors grow so fast that no flight without feedback stays on its course, the phase is flown in pieces, each from the \
+             stated state; each must end at the state at which the next one starts.",
+        ),
+        (
+            Feasibility,
             "re-simulated ",
             "The state at the end of the flight, integrated again from the initial state under the stated controls, must be the \
              stated one; a mesh too coarse for the control or a tampered trajectory makes it fail.",

@@ -13,7 +13,7 @@ use apsides_ocp::{
 };
 
 use crate::ends::Ends;
-use crate::simulation::{self, Flight};
+use crate::simulation::{self, Flight, Places};
 use crate::{VerifyError, VerifySettings};
 
 /// Nodes of the states in each interval.
@@ -198,7 +198,14 @@ fn fly(
         constraint_multipliers: None,
     };
     let scaling = Scaling::new(ocp, &Guess::earlier(&trajectory));
-    let flights = simulation::fly(ocp, &trajectory, &scaling, settings);
+    let stays = |k: usize, flight: &Flight| {
+        let worst = distances(&phases[k], &trajectory.phases[k], flight);
+        let mut parts =
+            worst.iter().zip(&scaling.phases[k].states).map(|((distance, _), scale)| distance / scale);
+        flight.failure.is_none() && parts.all(|part| part <= settings.path_tolerance)
+    };
+    // The states flown are joined at the ends of intervals alone.
+    let flights = simulation::fly_in_pieces(ocp, &trajectory, &scaling, settings, Places::Breaks, stays);
     let (mut deviation, mut place) = (0.0f64, String::new());
     for (k, (samples, flight)) in phases.iter().zip(&flights).enumerate() {
         if let Some(failure) = &flight.failure {

@@ -1,7 +1,12 @@
 //! Re-integration of the equations of motion from initial state, controls, static parameters and times alone.
 //!
 //! DOP853 with step control of its own, started anew at every break of the control polynomial. A linked phase starts
-//! where the re-simulation of the earlier one ended.
+//! where the re-simulation of the earlier one ended. A phase of an unstable plant, which no controls as functions of time alone hold on its course,
+//! is flown in pieces.
+
+mod growth;
+
+pub(crate) use growth::Places;
 
 use std::cell::RefCell;
 
@@ -30,14 +35,25 @@ pub struct SimulatedPhase {
 
 /// The re-simulated path of one phase with dense output.
 pub(crate) struct Flight {
-    /// One solution per interval of the control polynomial that was flown.
-    legs: Vec<DenseSolution>,
+    /// Solutions one after the other, of each interval of the control polynomial that was flown.
+    legs: Vec<Vec<DenseSolution>>,
     pub(crate) initial_state: Vec<f64>,
     /// NaN if the end was not reached.
     pub(crate) final_state: Vec<f64>,
     /// NaN if the end was not reached.
     pub(crate) integrals: Vec<f64>,
     pub(crate) failure: Option<Failure>,
+    /// Where it starts anew from the trajectory, ascending in time.
+    pub(crate) restarts: Vec<Restart>,
+}
+
+/// A time at which a flight starts anew from the trajectory.
+pub(crate) struct Restart {
+    pub(crate) time: f64,
+    /// By how much an error may have grown since the earlier start, relative to the scales of the states.
+    pub(crate) growth: f64,
+    /// The states flown until then less those of the trajectory.
+    pub(crate) jump: Vec<f64>,
 }
 
 /// Place and reason of a re-simulation that stopped early.
@@ -54,12 +70,15 @@ impl Flight {
 
     /// Times at both ends of an interval.
     pub(crate) fn leg_times(&self, leg: usize) -> (f64, f64) {
-        (self.legs[leg].start(), self.legs[leg].end())
+        let pieces = &self.legs[leg];
+        (pieces[0].start(), pieces[pieces.len() - 1].end())
     }
 
     /// State at a time of an interval; `scratch` has room for states and integrals.
     pub(crate) fn state(&self, leg: usize, t: f64, scratch: &mut [f64], out: &mut [f64]) {
-        let solution = &self.legs[leg];
+        let pieces = &self.legs[leg];
+        let piece = pieces.partition_point(|piece| piece.end() < t).min(pieces.len() - 1);
+        let solution = &pieces[piece];
         let t = t.max(solution.start()).min(solution.end());
         match solution.evaluate(t, scratch) {
             Ok(()) => out.copy_from_slice(&scratch[..out.len()]),
@@ -96,28 +115,35 @@ pub fn open_loop_end(
         let place = "the start of an open loop".into();
         return Err(VerifyError::Dimension { place, what: "states", expected, found: start.len() });
     }
-    let flights = fly_from(ocp, trajectory, Some(start), &Scaling::new(ocp, &guess), settings);
+    let scaling = Scaling::new(ocp, &guess);
+    let flights = fly_from(ocp, trajectory, Some(start), &scaling, settings, WHOLE);
     let broken = flights.iter().any(|flight| flight.failure.is_some());
     Ok(flights.into_iter().next_back().map(|flight| flight.final_state).filter(|_| !broken))
 }
 
-/// Simulates every phase.
-pub(crate) fn fly(
+/// Every flight goes on as it is.
+const WHOLE: (Places, fn(usize, &Flight) -> bool) = (Places::Breaks, |_, _| true);
+
+/// Simulates every phase; one whose flight does not stay with the trajectory is flown in pieces where errors grow a hundredfold on the way.
+pub(crate) fn fly_in_pieces(
     ocp: &Ocp,
     trajectory: &Trajectory,
     scaling: &Scaling,
     settings: &VerifySettings,
+    places: Places,
+    stays: impl Fn(usize, &Flight) -> bool,
 ) -> Vec<Flight> {
-    fly_from(ocp, trajectory, None, scaling, settings)
+    fly_from(ocp, trajectory, None, scaling, settings, (places, stays))
 }
 
-/// As [`fly`], the first phase from another start.
+/// As [`fly_in_pieces`], the first phase from another start.
 fn fly_from(
     ocp: &Ocp,
     trajectory: &Trajectory,
     start: Option<&[f64]>,
     scaling: &Scaling,
     settings: &VerifySettings,
+    (places, stays): (Places, impl Fn(usize, &Flight) -> bool),
 ) -> Vec<Flight> {
     let mut flights: Vec<Flight> = Vec::with_capacity(ocp.phases.len());
     for (k, sources) in linkage::sources(ocp).iter().enumerate() {
@@ -131,18 +157,28 @@ fn fly_from(
                 *x = flights[phase].final_state[state] + offset;
             }
         }
-        let equations = Equations::new(ocp, k, &trajectory.parameters);
-        flights.push(fly_phase(equations, found, initial_state, &scaling.phases[k].states, settings));
+        let equations = || Equations::new(ocp, k, &trajectory.parameters);
+        let scales = &scaling.phases[k].states;
+        let mut flight = fly_phase(equations(), found, initial_state.clone(), scales, settings, &[]);
+        if !stays(k, &flight) {
+            let starts = growth::starts(equations(), found, scales, places);
+            if !starts.is_empty() {
+                flight = fly_phase(equations(), found, initial_state, scales, settings, &starts);
+            }
+        }
+        flights.push(flight);
     }
     flights
 }
 
+/// Flies a phase, anew from the trajectory at each of the times given, with the growth of errors until then.
 fn fly_phase(
     equations: Equations<'_>,
     found: &PhaseTrajectory,
     initial_state: Vec<f64>,
     scales: &[f64],
     settings: &VerifySettings,
+    starts: &[(f64, f64)],
 ) -> Flight {
     let (nx, nq) = (equations.nx, equations.phase.integrals.len());
     let n = system_dimension(nx, nq);
@@ -163,6 +199,7 @@ fn fly_phase(
         final_state: vec![f64::NAN; nx],
         integrals: vec![f64::NAN; nq],
         failure: None,
+        restarts: Vec::with_capacity(starts.len()),
         initial_state,
     };
     let failed = |mut flight: Flight, time, reason| {
@@ -185,17 +222,37 @@ fn fly_phase(
             rates.fill(0.0);
             equations.rates(&mut rates[..nx + nq]);
         });
-        let (start, stop) = (breaks[leg], breaks[leg + 1]);
-        let mut solution = DenseSolution::new(start, &y);
-        let flown = integrator.integrate_observed(&system, start, &y, stop, &mut end, &[], &mut solution);
-        match flown.map(|summary| (summary.status, summary.time)) {
-            Ok((Status::Completed, _)) => {
-                flight.legs.push(solution);
-                y.copy_from_slice(&end);
+        let (mut at, stop) = (breaks[leg], breaks[leg + 1]);
+        let mut pieces = Vec::with_capacity(1);
+        let anew = starts.iter().filter(|(t, _)| (breaks[leg]..stop).contains(t));
+        for (end_of_piece, growth) in anew.map(|(t, growth)| (*t, Some(*growth))).chain([(stop, None)]) {
+            if end_of_piece > at {
+                let mut solution = DenseSolution::new(at, &y);
+                let flown = integrator.integrate_observed(
+                    &system,
+                    at,
+                    &y,
+                    end_of_piece,
+                    &mut end,
+                    &[],
+                    &mut solution,
+                );
+                match flown.map(|summary| (summary.status, summary.time)) {
+                    Ok((Status::Completed, _)) => y.copy_from_slice(&end),
+                    Ok((status, time)) => return failed(flight, time, reason(status)),
+                    Err(_) => return failed(flight, at, "the state it starts from is not finite"),
+                }
+                pieces.push(solution);
+                at = end_of_piece;
             }
-            Ok((status, time)) => return failed(flight, time, reason(status)),
-            Err(_) => return failed(flight, start, "the state it starts from is not finite"),
+            if let Some(growth) = growth {
+                let stated = found.state_at(at);
+                let jump = y.iter().zip(&stated).map(|(flown, stated)| flown - stated).collect();
+                flight.restarts.push(Restart { time: at, growth, jump });
+                y[..nx].copy_from_slice(&stated);
+            }
         }
+        flight.legs.push(pieces);
     }
     flight.final_state.copy_from_slice(&y[..nx]);
     flight.integrals.copy_from_slice(&y[nx..nx + nq]);

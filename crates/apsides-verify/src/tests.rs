@@ -17,6 +17,7 @@ mod parts;
 mod path;
 mod sampled;
 mod touching_switches;
+mod unstable_plant;
 mod wells_beside_wide_controls;
 mod worth;
 

@@ -3,10 +3,11 @@
 use apsides_ocp::{ByCosine, ByDirection, Guess, Ocp, PathEnds, PhaseTrajectory, Scaling, Trajectory};
 use apsides_ocp::{explicit_time, passed_features};
 
-use crate::boundary::Boundary;
+use crate::boundary::{self, Boundary};
+use crate::ends::EndScales;
 use crate::equations::Equations;
 use crate::optimality::{self, Among, worth};
-use crate::simulation::{self, SimulatedPhase};
+use crate::simulation::{self, Flight, Places, SimulatedPhase};
 use crate::{
     Certificate, Check, CheckKind, Verdict, VerifyError, VerifySettings, adjoint, constant_controls,
     convexity, scan, second_order, shape,
@@ -49,7 +50,17 @@ pub fn verify(
         with_ends.as_ref().map_or((ocp, trajectory), |(posed, meant)| (&posed.ocp, meant));
     let guess = Guess::earlier(trajectory);
     let scaling = Scaling::new(ocp, &guess);
-    let flights = simulation::fly(ocp, trajectory, &scaling, settings);
+    let end_scales = EndScales::new(ocp, &scaling, settings);
+    let stays = |k: usize, flight: &Flight| {
+        let ends = boundary::misses(ocp, trajectory, k, flight, &end_scales);
+        let along =
+            scan::deviation(&ocp.phases[k], &trajectory.phases[k], flight, &scaling.phases[k], settings);
+        ends.iter().chain(&along).all(|check| check.passed)
+    };
+    let flights =
+        simulation::fly_in_pieces(ocp, trajectory, &scaling, settings, Places::Nodes, |k, flight| {
+            flight.failure.is_none() && stays(k, flight)
+        });
     let boundary = Boundary { ocp, trajectory, flights: &flights, scaling: &scaling, settings };
     let mut checks = boundary.checks();
     for (k, (found, flight)) in trajectory.phases.iter().zip(&flights).enumerate() {
@@ -73,6 +84,7 @@ pub fn verify(
         .then(|| Scaling::new(smooth, &Guess::earlier(of_smooth)));
     let of_form = in_form.as_ref().unwrap_or(&scaling);
     let (optimality, mut remarks) = optimum(smooth, of_smooth, of_form, &boundary, feasible);
+    remarks.splice(0..0, boundary.pieces());
     let is_extremal = feasible && !optimality.is_empty() && optimality.iter().all(|c| c.passed);
     checks.extend(optimality);
     if let Some(convex) = convex.filter(|_| is_extremal) {

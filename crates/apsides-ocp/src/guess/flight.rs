@@ -5,8 +5,10 @@ use crate::{Guess, Ocp, OcpError, Phase, PhaseGuess};
 /// Steps of a flight, which are the intervals of the guess.
 const STEPS: usize = 100;
 
-/// A motion that leaves the sizes that are known by this runs away.
-const RUNS_AWAY: f64 = 1e8;
+/// A motion that leaves the sizes that are known by this runs away, if it grows in the second half of its time by [`GROWS`].
+const RUNS_AWAY: f64 = 1e3;
+/// A motion of powers of time grows less.
+const GROWS: f64 = 1e2;
 
 impl Guess {
     /// The flight of each phase with the controls that `control` gives for the index of the phase, the time and the states, from the
@@ -90,13 +92,22 @@ fn sizes(phase: &Phase, guess: &PhaseGuess) -> Vec<f64> {
     phase.states.iter().zip(ends).map(|(s, met)| s.variable.size().unwrap_or(1.0).max(met)).collect()
 }
 
-/// True unless a state leaves these sizes by far: that of an unstable motion says nothing of that of a solution.
+/// True unless a state leaves these sizes by far, as an exponential does: that of an unstable motion says nothing of that of a solution.
 fn is_within(flight: &PhaseGuess, sizes: &[f64]) -> bool {
     let mut states = vec![0.0; sizes.len()];
-    (0..=STEPS).all(|step| {
-        flight.state(step as f64 / STEPS as f64, &mut states);
-        states.iter().zip(sizes).all(|(state, size)| state.abs() <= RUNS_AWAY * size)
-    })
+    let mut largest = |steps: std::ops::RangeInclusive<usize>| {
+        let mut largest = vec![0.0f64; sizes.len()];
+        for step in steps {
+            flight.state(step as f64 / STEPS as f64, &mut states);
+            largest.iter_mut().zip(&states).for_each(|(largest, state)| *largest = largest.max(state.abs()));
+        }
+        largest
+    };
+    let (before, after) = (largest(0..=STEPS / 2), largest(STEPS / 2..=STEPS));
+    let runs_away = |((before, after), size): ((&f64, &f64), &f64)| {
+        *after > RUNS_AWAY * size && *after > GROWS * before.max(*size)
+    };
+    !before.iter().zip(&after).zip(sizes).any(runs_away)
 }
 
 /// One phase by the classical Runge-Kutta method.

@@ -1,7 +1,8 @@
 //! The worth of what a trajectory misses: to first order the objective gains by each miss times its multiplier.
 //!
 //! ```text
-//! sum over phases | lambda(tf) . (flown - stated)(tf) - lambda(t0) . (flown - stated)(t0) |      equations of motion
+//! sum over phases | lambda(tf) . (flown - stated)(tf) - lambda(t0) . (flown - stated)(t0)        equations of motion,
+//!                   + sum of lambda . (flown - stated) between pieces |                          of what is flown in pieces
 //! + sum over fixed ends |lambda . miss| + integral of |mu . excess| dt + |nu . excess|           ends, path, integrals, constraints
 //! ```
 //!
@@ -79,6 +80,11 @@ impl PhaseConditions<'_> {
                 let which = ["initial", "final"][end];
                 parts.push((worth, format!("the {which} {} of phase `{}`", state.variable.name, phase.name)));
             }
+        }
+        for restart in &flight.restarts {
+            let costate = &mut costates[0];
+            self.costate.evaluate(restart.time, costate);
+            of_motion += costate.iter().zip(&restart.jump).map(|(costate, jump)| costate * jump).sum::<f64>();
         }
         parts.push((of_motion.abs(), format!("the equations of motion of phase `{}`", phase.name)));
         let multipliers = self.found.integral_multipliers.iter().flatten();
