@@ -41,6 +41,20 @@ def unstable_aircraft():
     return 0.1**2 * solve_ivp(rate, (0, 10), np.zeros(4), method="DOP853", rtol=1e-13, atol=1e-15).y[0, -1]
 
 
+def strut_beyond_buckling():
+    """Half a wave of `s'' = -P s + 2 s^3` that turns at both ends; the energy is less the integral of `s^4`."""
+    load = 1.02 * pi**2
+
+    def along(amplitude, value):
+        def rate(f):
+            return sqrt(load - amplitude**2 * (1 + sin(f) ** 2))
+
+        return quad(lambda f: value(amplitude * sin(f)) / rate(f), -pi / 2, pi / 2, epsabs=1e-13, epsrel=1e-13)[0]
+
+    amplitude = root(lambda a: along(a, lambda s: 1) - 1, 1e-3, 1)
+    return -along(amplitude, lambda s: s**4)
+
+
 def moving_wall():
     touch = root(lambda t: 0.25 * t**1.5 + 0.5 * (0.375 * sqrt(t)) ** 2 - 5.5, 1, 20)
     return touch + 0.375 * sqrt(touch)
@@ -747,6 +761,7 @@ OPTIMA = {
     "singular_with_nothing_left": lambda: 0,
     "slew_with_limited_total_torque": lambda: 2 * sqrt(pi / 2),
     "slide_above_a_wall": slide_above_a_wall,
+    "slow_leak_in_large_numbers": lambda: 0.1,
     "small_step_beside_a_switch": lambda: 1 + 0.005**2 - 0.02 * 0.82 + 1 + 0.01**2 + 0.02 * 0.805,
     "soap_film": lambda: catenoid(1.0),
     "solar_sail_to_mars": solar_sail,
@@ -816,6 +831,7 @@ OPTIMA = {
     "trap_shifted_time_weight": lambda: least(lambda t: 1 / t + 0.1 * t + sin(3 * t), 1.2, 2.0),
     "trap_small_debris": lambda: around_disc((-1.9863, 0.001), (2.0137, 0.001), 0.004),
     "trap_small_objective_beside_a_large_one": lambda: 1e6 + 12e-6,
+    "trap_strut_beyond_buckling": strut_beyond_buckling,
     "trap_tabulated_hill": tabulated_hill,
     "trap_thin_gate": thin_gate,
     "trap_thin_layer": thin_layer,

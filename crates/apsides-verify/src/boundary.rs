@@ -60,7 +60,7 @@ impl Boundary<'_> {
         Some(Check::new(name, KIND, missing, 0.0, phase.time_unit.clone(), at))
     }
 
-    /// What a flight in pieces leaves between them.
+    /// The states that a flight in pieces leaves between them.
     fn jumps(&self, k: usize, scales: &EndScales<'_>) -> Option<Check> {
         let phase = &self.ocp.phases[k];
         let mut worst = Worst::default();

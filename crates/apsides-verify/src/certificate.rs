@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::second_order::leaves_open_a_saddle;
+
 /// The name of the check of the minimum principle, before that of the phase.
 pub(crate) const LEAST_HAMILTONIAN: &str = "least Hamiltonian among all admissible controls";
 
@@ -227,6 +229,12 @@ impl Certificate {
             _ => false,
         };
         self.verdict == Verdict::Feasible && self.failures().count() > 0 && self.failures().all(names_it)
+    }
+
+    /// Returns true if the trajectory is an extremal whose second variation has no sign that can be told: a minimum, or a saddle.
+    #[must_use]
+    pub fn leaves_open_a_saddle(&self) -> bool {
+        self.verdict == Verdict::Extremal && self.remarks.iter().any(|remark| leaves_open_a_saddle(remark))
     }
 
     /// Returns true if the trajectory is feasible and at least an extremal, of all controls or of those that its claim names.

@@ -60,6 +60,18 @@ pub(crate) struct SecondOrder {
 /// The words with which a remark of this module begins.
 const FIRST_ORDER_ONLY: &str = "first order only";
 
+/// The place of a remark where controls are singular from the start of a phase to its end.
+const THROUGHOUT: &str = "throughout phase";
+
+/// The remark where the second variation has no sign that can be told.
+const NO_CURVATURE: &str = "first order only: along some change that the active constraints allow the second variation is zero, or too small to tell";
+
+/// Says whether a remark leaves open if an extremal is a saddle: some change has no curvature that can be told, or controls that could move are
+/// singular from the start of a phase to its end, as where a symmetry is kept.
+pub(crate) fn leaves_open_a_saddle(remark: &str) -> bool {
+    remark == NO_CURVATURE || is_remark(remark) && remark.contains(THROUGHOUT)
+}
+
 /// Says whether a remark is of this module: where the problem is convex there is nothing to remark.
 pub(crate) fn is_remark(remark: &str) -> bool {
     remark.starts_with(FIRST_ORDER_ONLY)
@@ -145,12 +157,14 @@ pub(crate) fn conditions(
     if amount > 0.0 {
         return second;
     }
-    for (c, &(least, time)) in conditions.iter().zip(&legendre) {
+    for (k, (c, &(least, time))) in conditions.iter().zip(&legendre).enumerate() {
         if least < settings.curvature_tolerance {
-            let place = place(c.equations.phase, time);
-            second.remark = Some(format!(
-                "first order only: the Hamiltonian is not strictly convex in the free controls ({least:.1e}), {place}"
-            ));
+            let place = match form.is_singular_throughout(k, settings.curvature_tolerance) {
+                true => format!("{THROUGHOUT} `{}`", c.equations.phase.name),
+                false => place(c.equations.phase, time),
+            };
+            let name = "first order only: the Hamiltonian is not strictly convex in the free controls";
+            second.remark = Some(format!("{name} ({least:.1e}), {place}"));
             return second;
         }
     }
@@ -174,10 +188,7 @@ pub(crate) fn conditions(
             format!("at least {:.0e} of the square of the change", settings.coercivity),
         ));
     } else {
-        second.remark = Some(
-            "first order only: along some change that the active constraints allow the second variation is zero, or too small to tell"
-                .to_owned(),
-        );
+        second.remark = Some(NO_CURVATURE.to_owned());
     }
     second
 }

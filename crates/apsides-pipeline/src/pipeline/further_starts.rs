@@ -26,10 +26,12 @@ const BENT: usize = 3;
 const MOST_STARTS: usize = 8;
 /// Iterations from a further start.
 const MOST_ITERATIONS: usize = 300;
+/// The same where the first solve found an extremal that may be a saddle.
+const MOST_ITERATIONS_IN_DOUBT: usize = 100;
 /// Iterations times variables of a first solve above which no further start is tried: each may take as long.
 const MOST_WORK: usize = 2_000_000;
-/// The same of a solve that ended at a conflict: most conflicts are real.
-const MOST_WORK_TO_A_CONFLICT: usize = 100_000;
+/// The same of a solve that ended at a conflict, or at an extremal that may be a saddle: most conflicts are real, and most extremals are minima.
+const MOST_WORK_IN_DOUBT: usize = 100_000;
 /// Least gain of the objective, relative to the larger of the two.
 const LEAST_GAIN: f64 = 1e-6;
 
@@ -37,6 +39,11 @@ impl Certified {
     /// True if the solve succeeded and its certificate names something better.
     fn is_no_minimum(&self) -> bool {
         self.solution.is_success() && self.flight.certificate.names_something_better()
+    }
+
+    /// True if the solve succeeded and its certificate does not tell a minimum from a saddle.
+    fn may_be_a_saddle(&self) -> bool {
+        self.solution.is_success() && self.flight.certificate.leaves_open_a_saddle()
     }
 
     /// True if the solve found requirements that conflict, near where it ended at least.
@@ -77,13 +84,16 @@ impl Pipeline {
         observer: &mut dyn Observer,
     ) -> Result<Certified, Error> {
         let Counters { iterations, variables, .. } = first.solution.counters;
-        let most = if first.ended_at_a_conflict() { MOST_WORK_TO_A_CONFLICT } else { MOST_WORK };
+        let is_in_doubt = first.ended_at_a_conflict() || first.may_be_a_saddle();
+        let most = if is_in_doubt { MOST_WORK_IN_DOUBT } else { MOST_WORK };
         let is_little = iterations.saturating_mul(variables) <= most;
-        let is_called_for = first.is_no_minimum() || first.may_be_missed();
+        let is_called_for = first.is_no_minimum() || first.may_be_a_saddle() || first.may_be_missed();
         if self.methods().name != MethodName::Radau || !is_little || !is_called_for {
             return Ok(first);
         }
-        let few = self.methods().clone().with_most_iterations(MOST_ITERATIONS);
+        let most_iterations =
+            if first.may_be_a_saddle() { MOST_ITERATIONS_IN_DOUBT } else { MOST_ITERATIONS };
+        let few = self.methods().clone().with_most_iterations(most_iterations);
         let mut best = first;
         let mut starts = VecDeque::from(self.further_starts(posed, &best)?);
         let mut work = Vec::new();
@@ -94,7 +104,7 @@ impl Pipeline {
             let found = Certified::new(solution, flight);
             if is_better(posed, &found, &best) {
                 work.push(std::mem::replace(&mut best, found).solution.counters);
-                if best.is_no_minimum() {
+                if best.is_no_minimum() || best.may_be_a_saddle() {
                     starts = self.further_starts(posed, &best)?.into();
                 } else if best.flight.certificate.is_verified() {
                     starts.clear();
@@ -114,7 +124,7 @@ impl Pipeline {
     fn further_starts(&self, posed: &Posed, first: &Certified) -> Result<Vec<Guess>, Error> {
         let (ocp, found) = (&posed.ocp, &first.solution.trajectory);
         let mut starts = Vec::new();
-        let base = if first.is_no_minimum() {
+        let base = if first.is_no_minimum() || first.may_be_a_saddle() {
             if posed.expansion.is_none()
                 && let Some(better) = with_least_hamiltonian(ocp, found, &VerifySettings::default())?
             {
@@ -140,6 +150,10 @@ fn is_better(posed: &Posed, found: &Certified, than: &Certified) -> bool {
         return true;
     }
     if !found.solution.is_success() || found.flight.certificate.verdict == Verdict::Rejected {
+        return false;
+    }
+    // An extremal is given up for another one alone.
+    if than.solution.is_success() && than.may_be_a_saddle() && !found.flight.certificate.is_verified() {
         return false;
     }
     let cost = |c: &Certified| posed.ocp.objective.sense.sign() * c.solution.trajectory.objective;

@@ -524,10 +524,7 @@ impl Form {
             }
         }
         let is_dual: Vec<bool> = keep.iter().map(|k| dual[*k]).collect();
-        // Where negative curvature is looked for, what may be none counts as some.
-        if space == Space::Sufficient {
-            scale(&mut form, &mut rows);
-        }
+        scale(&mut form, &mut rows);
         inertia(&with_multipliers(form, &is_dual, &rows), negative - duals as isize, singular)
     }
 
@@ -542,6 +539,12 @@ impl Form {
             if i.legendre < least { (i.legendre, i.span.start) } else { (least, at) }
         });
         (least / (self.size * self.phases[phase].share), at)
+    }
+
+    /// Says whether that is below a limit in every interval of a phase.
+    pub(super) fn is_singular_throughout(&self, phase: usize, limit: f64) -> bool {
+        let limit = limit * self.size * self.phases[phase].share;
+        self.phases[phase].intervals.iter().all(|interval| interval.legendre < limit)
     }
 }
 
