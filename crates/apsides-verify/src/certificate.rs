@@ -2,10 +2,14 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::second_order::leaves_open_a_saddle;
-
 /// The name of the check of the minimum principle, before that of the phase.
 pub(crate) const LEAST_HAMILTONIAN: &str = "least Hamiltonian among all admissible controls";
+
+/// The remark where the second variation has no sign that can be told.
+pub(crate) const NO_CURVATURE: &str = "first order only: along some change that the active constraints allow the second variation is zero, or too small to tell";
+
+/// The place of a remark where controls are singular from the start of a phase to its end.
+pub(crate) const THROUGHOUT: &str = "throughout phase";
 
 /// The property of a trajectory that a check concerns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -231,10 +235,12 @@ impl Certificate {
         self.verdict == Verdict::Feasible && self.failures().count() > 0 && self.failures().all(names_it)
     }
 
-    /// Returns true if the trajectory is an extremal whose second variation has no sign that can be told: a minimum, or a saddle.
+    /// Returns true if the trajectory is an extremal that may be a saddle: some change has no curvature that can be told, or controls that could move are
+    /// singular from the start of a phase to its end, as where a symmetry is kept.
     #[must_use]
     pub fn leaves_open_a_saddle(&self) -> bool {
-        self.verdict == Verdict::Extremal && self.remarks.iter().any(|remark| leaves_open_a_saddle(remark))
+        let leaves_it_open = |remark: &String| remark == NO_CURVATURE || remark.contains(THROUGHOUT);
+        self.verdict == Verdict::Extremal && self.remarks.iter().any(leaves_it_open)
     }
 
     /// Returns true if the trajectory is feasible and at least an extremal, of all controls or of those that its claim names.

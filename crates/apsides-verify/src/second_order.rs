@@ -34,6 +34,7 @@ mod sweep;
 
 use apsides_ocp::{Ocp, Scaling, Trajectory};
 
+use crate::certificate::{NO_CURVATURE, THROUGHOUT};
 use crate::ends::EndScales;
 use crate::optimality::{Among, PhaseConditions};
 use crate::place::place;
@@ -59,18 +60,6 @@ pub(crate) struct SecondOrder {
 
 /// The words with which a remark of this module begins.
 const FIRST_ORDER_ONLY: &str = "first order only";
-
-/// The place of a remark where controls are singular from the start of a phase to its end.
-const THROUGHOUT: &str = "throughout phase";
-
-/// The remark where the second variation has no sign that can be told.
-const NO_CURVATURE: &str = "first order only: along some change that the active constraints allow the second variation is zero, or too small to tell";
-
-/// Says whether a remark leaves open if an extremal is a saddle: some change has no curvature that can be told, or controls that could move are
-/// singular from the start of a phase to its end, as where a symmetry is kept.
-pub(crate) fn leaves_open_a_saddle(remark: &str) -> bool {
-    remark == NO_CURVATURE || is_remark(remark) && remark.contains(THROUGHOUT)
-}
 
 /// Says whether a remark is of this module: where the problem is convex there is nothing to remark.
 pub(crate) fn is_remark(remark: &str) -> bool {
