@@ -30,15 +30,16 @@ def least(function, low, high):
     return minimize_scalar(function, bounds=(low, high), method="bounded", options={"xatol": 1e-13}).fun
 
 
-def unstable_aircraft():
-    """The Riccati equation backward from nothing over ten seconds."""
-    a, b, q = np.array([[-0.6, 1], [5, -0.5]]), np.array([[0], [3]]), np.diag([1, 0.1])
+def riccati(a, b, q, time):
+    """The cost of the states from which a linear plant is held over a time, its end free: the Riccati equation backward from nothing."""
+    a, b, q = np.array(a), np.array(b).reshape(-1, 1), np.diag(q)
+    n = len(a)
 
     def rate(_, flat):
-        p = flat.reshape(2, 2)
+        p = flat.reshape(n, n)
         return (a.T @ p + p @ a - p @ b @ b.T @ p + q).ravel()
 
-    return 0.1**2 * solve_ivp(rate, (0, 10), np.zeros(4), method="DOP853", rtol=1e-13, atol=1e-15).y[0, -1]
+    return solve_ivp(rate, (0, time), np.zeros(n * n), method="DOP853", rtol=1e-13, atol=1e-15).y[:, -1].reshape(n, n)
 
 
 def strut_beyond_buckling():
@@ -856,8 +857,9 @@ OPTIMA = {
     "two_media_given_time": lambda: least(lambda s: 1 / s + 4 / (3 - s), 0.1, 2.9),
     "two_phases_on_a_limit": lambda: 8 * 0.6**2 / (3 * 0.5),
     "two_touches": two_touches,
-    "unstable_aircraft": unstable_aircraft,
+    "unstable_aircraft": lambda: 0.1**2 * riccati([[-0.6, 1], [5, -0.5]], [0, 3], [1, 0.1], 10)[0, 0],
     "unstable_plant": lambda: 2 + sqrt(5),
+    "unstable_plant_over_two_phases": lambda: riccati([[0, 1], [4, 0]], [0, 1], [1, 0], 17)[0, 0],
     "way_around_a_disc": lambda: around_disc((-2, 0), (2, 0.5), 1.0),
     "wide_bounds": lambda: 12,
     "wide_time": lambda: 2,

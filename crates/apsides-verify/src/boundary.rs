@@ -36,7 +36,7 @@ impl Boundary<'_> {
                 Some(check) => checks.push(check),
                 None => {
                     checks.extend(misses(self.ocp, self.trajectory, k, &self.flights[k], &scales));
-                    checks.extend(self.jumps(k, &scales));
+                    checks.extend(self.changes(k));
                     checks.extend(self.state_bounds(k, &scales));
                     checks.extend(self.integral_bounds(k));
                 }
@@ -60,18 +60,17 @@ impl Boundary<'_> {
         Some(Check::new(name, KIND, missing, 0.0, phase.time_unit.clone(), at))
     }
 
-    /// The states that a flight in pieces leaves between them.
-    fn jumps(&self, k: usize, scales: &EndScales<'_>) -> Option<Check> {
+    /// The changes of the controls that join the pieces of a flight.
+    fn changes(&self, k: usize) -> Option<Check> {
         let phase = &self.ocp.phases[k];
         let mut worst = Worst::default();
         for restart in &self.flights[k].restarts {
-            for (i, (state, jump)) in phase.states.iter().zip(&restart.jump).enumerate() {
-                let limit = scales.tolerance(EndpointInput::FinalState { phase: k, state: i });
-                let at = || format!("{}, {}", state.variable.name, place(phase, restart.time));
-                worst.consider(jump.abs(), limit, &state.variable.unit, at);
-            }
+            worst.consider(restart.change, self.settings.end_tolerance, "-", || place(phase, restart.time));
         }
-        worst.into_check(format!("jumps between the re-simulated pieces of {}", phase.name), KIND)
+        worst.into_check(
+            format!("change of the controls that joins the re-simulated pieces of {}", phase.name),
+            KIND,
+        )
     }
 
     /// A sentence for each phase that is flown in pieces.
@@ -79,8 +78,8 @@ impl Boundary<'_> {
         let phases =
             self.ocp.phases.iter().zip(self.flights).filter(|(_, flight)| !flight.restarts.is_empty());
         phases.map(|(phase, flight)| {
-            let growth: f64 = flight.restarts.iter().map(|restart| restart.growth.log10()).sum();
-            let (name, pieces) = (&phase.name, flight.restarts.len() + 1);
+            let growth: f64 = flight.restarts.iter().map(|restart| restart.growth.max(1.0).log10()).sum();
+            let (name, pieces) = (&phase.name, flight.restarts.len());
             format!(
                 "phase `{name}` is re-simulated in {pieces} pieces: its errors grow up to 1e{growth:.0} times on the way, so that feedback alone holds it on \
                  its course"

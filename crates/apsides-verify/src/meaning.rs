@@ -14,9 +14,9 @@ const SENTENCES: &[(CheckKind, &str, &str)] = {
         ),
         (
             Feasibility,
-            "jumps between the re-simulated pieces",
-            "Where errors grow so fast that no flight without feedback stays on its course, the phase is flown in pieces, each from the \
-             stated state; each must end at the state at which the next one starts.",
+            "joins the re-simulated pieces",
+            "Where errors grow so fast that no flight without feedback stays on its course, the phase is flown in pieces; so small a change of the \
+             controls leads from the end of each to the start of the next one.",
         ),
         (
             Feasibility,

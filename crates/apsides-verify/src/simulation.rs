@@ -7,6 +7,7 @@
 mod growth;
 
 pub(crate) use growth::Places;
+use growth::Start;
 
 use std::cell::RefCell;
 
@@ -43,17 +44,21 @@ pub(crate) struct Flight {
     /// NaN if the end was not reached.
     pub(crate) integrals: Vec<f64>,
     pub(crate) failure: Option<Failure>,
-    /// Where it starts anew from the trajectory, ascending in time.
+    /// Where it starts anew beside the trajectory, ascending in time.
     pub(crate) restarts: Vec<Restart>,
+    /// The final state from which a linked phase starts.
+    joined_end: Vec<f64>,
 }
 
-/// A time at which a flight starts anew from the trajectory.
+/// A time at which a flight starts anew beside the trajectory, or hands over to the next phase.
 pub(crate) struct Restart {
     pub(crate) time: f64,
-    /// By how much an error may have grown since the earlier start, relative to the scales of the states.
+    /// By how much an error may have grown since the earlier start.
     pub(crate) growth: f64,
-    /// The states flown until then less those of the trajectory.
+    /// The states flown until then less those from which it goes on.
     pub(crate) jump: Vec<f64>,
+    /// The change of the controls since the earlier start that makes up for it: root of the mean square, relative to their scales.
+    pub(crate) change: f64,
 }
 
 /// Place and reason of a re-simulation that stopped early.
@@ -133,7 +138,13 @@ pub(crate) fn fly_in_pieces(
     places: Places,
     stays: impl Fn(usize, &Flight) -> bool,
 ) -> Vec<Flight> {
-    fly_from(ocp, trajectory, None, scaling, settings, (places, stays))
+    let flights = fly_from(ocp, trajectory, None, scaling, settings, (places, stays));
+    // What the flight of a phase misses at its end grows in the next one.
+    let is_linked = linkage::sources(ocp).iter().flatten().any(Option::is_some);
+    if is_linked && flights.iter().any(|flight| !flight.restarts.is_empty()) {
+        return fly_from(ocp, trajectory, None, scaling, settings, (places, |_, _| false));
+    }
+    flights
 }
 
 /// As [`fly_in_pieces`], the first phase from another start.
@@ -154,14 +165,14 @@ fn fly_from(
         };
         for (x, source) in initial_state.iter_mut().zip(sources) {
             if let Some(Source { phase, state, offset }) = *source {
-                *x = flights[phase].final_state[state] + offset;
+                *x = flights[phase].joined_end[state] + offset;
             }
         }
         let equations = || Equations::new(ocp, k, &trajectory.parameters);
         let scales = &scaling.phases[k].states;
         let mut flight = fly_phase(equations(), found, initial_state.clone(), scales, settings, &[]);
         if !stays(k, &flight) {
-            let starts = growth::starts(equations(), found, scales, places);
+            let starts = growth::starts(equations(), found, &scaling.phases[k], places);
             if !starts.is_empty() {
                 flight = fly_phase(equations(), found, initial_state, scales, settings, &starts);
             }
@@ -171,14 +182,14 @@ fn fly_from(
     flights
 }
 
-/// Flies a phase, anew from the trajectory at each of the times given, with the growth of errors until then.
+/// Flies a phase, anew beside the trajectory at each of the times given, of which the last is its end.
 fn fly_phase(
     equations: Equations<'_>,
     found: &PhaseTrajectory,
     initial_state: Vec<f64>,
     scales: &[f64],
     settings: &VerifySettings,
-    starts: &[(f64, f64)],
+    starts: &[Start],
 ) -> Flight {
     let (nx, nq) = (equations.nx, equations.phase.integrals.len());
     let n = system_dimension(nx, nq);
@@ -200,6 +211,7 @@ fn fly_phase(
         integrals: vec![f64::NAN; nq],
         failure: None,
         restarts: Vec::with_capacity(starts.len()),
+        joined_end: vec![f64::NAN; nx],
         initial_state,
     };
     let failed = |mut flight: Flight, time, reason| {
@@ -224,8 +236,8 @@ fn fly_phase(
         });
         let (mut at, stop) = (breaks[leg], breaks[leg + 1]);
         let mut pieces = Vec::with_capacity(1);
-        let anew = starts.iter().filter(|(t, _)| (breaks[leg]..stop).contains(t));
-        for (end_of_piece, growth) in anew.map(|(t, growth)| (*t, Some(*growth))).chain([(stop, None)]) {
+        let anew = starts.iter().filter(|start| (breaks[leg]..stop).contains(&start.time));
+        for (end_of_piece, start) in anew.map(|start| (start.time, Some(start))).chain([(stop, None)]) {
             if end_of_piece > at {
                 let mut solution = DenseSolution::new(at, &y);
                 let flown = integrator.integrate_observed(
@@ -245,16 +257,19 @@ fn fly_phase(
                 pieces.push(solution);
                 at = end_of_piece;
             }
-            if let Some(growth) = growth {
-                let stated = found.state_at(at);
-                let jump = y.iter().zip(&stated).map(|(flown, stated)| flown - stated).collect();
-                flight.restarts.push(Restart { time: at, growth, jump });
-                y[..nx].copy_from_slice(&stated);
+            if let Some(start) = start {
+                let restart = start.join(&mut y[..nx], &found.state_at(at), settings.end_tolerance);
+                flight.restarts.push(restart);
             }
         }
         flight.legs.push(pieces);
     }
     flight.final_state.copy_from_slice(&y[..nx]);
+    if let Some(start) = starts.last() {
+        let restart = start.join(&mut y[..nx], &found.final_state(), settings.end_tolerance);
+        flight.restarts.push(restart);
+    }
+    flight.joined_end.copy_from_slice(&y[..nx]);
     flight.integrals.copy_from_slice(&y[nx..nx + nq]);
     flight
 }

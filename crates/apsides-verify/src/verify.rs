@@ -83,7 +83,8 @@ pub fn verify(
     let in_form = (by_cosine.is_some() || by_direction.is_some())
         .then(|| Scaling::new(smooth, &Guess::earlier(of_smooth)));
     let of_form = in_form.as_ref().unwrap_or(&scaling);
-    let (optimality, mut remarks) = optimum(smooth, of_smooth, of_form, &boundary, feasible);
+    let shown = Shown { is_feasible: feasible, is_convex: convex.as_ref().is_some_and(|c| c.passed) };
+    let (optimality, mut remarks) = optimum(smooth, of_smooth, of_form, &boundary, shown);
     remarks.splice(0..0, boundary.pieces());
     let is_extremal = feasible && !optimality.is_empty() && optimality.iter().all(|c| c.passed);
     checks.extend(optimality);
@@ -114,24 +115,32 @@ fn at_state_nodes(trajectory: &Trajectory) -> Trajectory {
     Trajectory { phases: trajectory.phases.iter().map(phase).collect(), ..trajectory.clone() }
 }
 
+/// Facts that are shown before optimality is asked for.
+#[derive(Clone, Copy)]
+struct Shown {
+    is_feasible: bool,
+    /// The second variation of a convex problem is nowhere negative: what it comes out as is rounding.
+    is_convex: bool,
+}
+
 /// Checks of optimality by the stated costates, or by those of the adjoint equation where there are none or they fail.
 fn optimum(
     ocp: &Ocp,
     trajectory: &Trajectory,
     scaling: &Scaling,
     boundary: &Boundary<'_>,
-    feasible: bool,
+    shown: Shown,
 ) -> (Vec<Check>, Vec<String>) {
     let settings = boundary.settings;
     let settled = optimality::with_vanished_phases(ocp, trajectory, scaling, settings);
     let trajectory = settled.as_ref().unwrap_or(trajectory);
-    let stated = conditions(ocp, trajectory, scaling, boundary, feasible);
+    let stated = conditions(ocp, trajectory, scaling, boundary, shown);
     let fails = |checks: &[Check]| checks.is_empty() || checks.iter().any(|c| !c.passed);
-    if !feasible || !settings.adjoint || !fails(&stated.0) {
+    if !shown.is_feasible || !settings.adjoint || !fails(&stated.0) {
         return stated;
     }
     let Some(adjoint) = adjoint::with_costates(ocp, trajectory, scaling, settings) else { return stated };
-    let (checks, mut remarks) = conditions(ocp, &adjoint, scaling, boundary, feasible);
+    let (checks, mut remarks) = conditions(ocp, &adjoint, scaling, boundary, shown);
     let first_order = |checks: &[Check]| {
         let optimality = checks.iter().filter(|c| c.kind == CheckKind::Optimality);
         !checks.is_empty() && optimality.clone().count() > 0 && optimality.clone().all(|c| c.passed)
@@ -148,7 +157,7 @@ fn conditions(
     trajectory: &Trajectory,
     scaling: &Scaling,
     boundary: &Boundary<'_>,
-    feasible: bool,
+    shown: Shown,
 ) -> (Vec<Check>, Vec<String>) {
     let settings = boundary.settings;
     let Some(mut conditions) = optimality::phases(ocp, trajectory, scaling, Among::All) else {
@@ -157,8 +166,11 @@ fn conditions(
     let mut checks = optimality::checks(ocp, trajectory, scaling, settings, &mut conditions);
     let mut remarks = Vec::new();
     // Of a trajectory that is no extremal the second variation says nothing.
-    if feasible && checks.iter().all(|c| c.passed) {
-        let second = second_order::conditions(ocp, trajectory, scaling, settings, &mut conditions);
+    if shown.is_feasible && checks.iter().all(|c| c.passed) {
+        let mut second = second_order::conditions(ocp, trajectory, scaling, settings, &mut conditions);
+        if shown.is_convex {
+            second.checks.retain(|check| check.passed);
+        }
         checks.extend(second.checks);
         remarks.extend(second.remark);
         // Of one that something else beats it does not matter.

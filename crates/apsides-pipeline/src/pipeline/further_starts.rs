@@ -152,19 +152,22 @@ fn is_better(posed: &Posed, found: &Certified, than: &Certified) -> bool {
     if !found.solution.is_success() || found.flight.certificate.verdict == Verdict::Rejected {
         return false;
     }
-    // An extremal is given up for another one alone.
-    if than.solution.is_success() && than.may_be_a_saddle() && !found.flight.certificate.is_verified() {
-        return false;
-    }
     let cost = |c: &Certified| posed.ocp.objective.sense.sign() * c.solution.trajectory.objective;
     let shown = |c: &Certified| (cost(c), c.flight.certificate.verdict);
+    // An extremal is given up for another one alone that costs less.
+    if than.may_be_a_saddle() {
+        return found.flight.certificate.is_verified() && costs_less(cost(found), cost(than));
+    }
     !than.solution.is_success() || excels(shown(found), shown(than))
 }
 
 /// True if a cost is lower, or the same with a higher verdict.
 fn excels((cost, verdict): (f64, Verdict), (other, its_verdict): (f64, Verdict)) -> bool {
-    let (gain, least) = (other - cost, LEAST_GAIN * other.abs().max(cost.abs()));
-    gain > least || (gain >= -least && verdict > its_verdict)
+    costs_less(cost, other) || (!costs_less(other, cost) && cost.is_finite() && verdict > its_verdict)
+}
+
+fn costs_less(cost: f64, other: f64) -> bool {
+    other - cost > LEAST_GAIN * other.abs().max(cost.abs())
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! The worth of what a trajectory misses: to first order the objective gains by each miss times its multiplier.
 //!
 //! ```text
-//! sum over phases | lambda(tf) . (flown - stated)(tf) - lambda(t0) . (flown - stated)(t0)        equations of motion,
-//!                   + sum of lambda . (flown - stated) between pieces |                          of what is flown in pieces
+//! sum over phases | lambda(tf) . (flown - stated)(tf) - lambda(t0) . (flown - stated)(t0) |      equations of motion
+//! + sum over jumps |lambda . jump|                                                               of what is flown in pieces
 //! + sum over fixed ends |lambda . miss| + integral of |mu . excess| dt + |nu . excess|           ends, path, integrals, constraints
 //! ```
 //!
@@ -71,7 +71,7 @@ impl PhaseConditions<'_> {
         let mut costates = [vec![0.0; self.equations.nx], vec![0.0; self.equations.nx]];
         self.costate.evaluate(self.found.initial_time, &mut costates[0]);
         self.costate.evaluate(self.found.final_time, &mut costates[1]);
-        let mut of_motion = 0.0;
+        let (mut of_motion, mut of_pieces) = (0.0, 0.0);
         for (i, state) in phase.states.iter().enumerate() {
             let drift = [0, 1].map(|end| costates[end][i] * (flown[end][i] - stated[end][i]));
             of_motion += drift[1] - drift[0];
@@ -84,9 +84,13 @@ impl PhaseConditions<'_> {
         for restart in &flight.restarts {
             let costate = &mut costates[0];
             self.costate.evaluate(restart.time, costate);
-            of_motion += costate.iter().zip(&restart.jump).map(|(costate, jump)| costate * jump).sum::<f64>();
+            let worth: f64 = costate.iter().zip(&restart.jump).map(|(costate, jump)| costate * jump).sum();
+            of_pieces += worth.abs();
         }
-        parts.push((of_motion.abs(), format!("the equations of motion of phase `{}`", phase.name)));
+        parts.push((
+            of_motion.abs() + of_pieces,
+            format!("the equations of motion of phase `{}`", phase.name),
+        ));
         let multipliers = self.found.integral_multipliers.iter().flatten();
         for ((integral, value), multiplier) in phase.integrals.iter().zip(&flight.integrals).zip(multipliers)
         {

@@ -440,7 +440,7 @@ impl Form {
         }
     }
 
-    /// The sign of the form less `shift` times the square norm of controls, states at the start, times, corners and parameters.
+    /// The sign of the form less `shift` times the square norm of controls, free ends, corners and parameters.
     pub(super) fn inertia(&self, space: Space, shift: f64) -> Inertia {
         let mut matrix = DMatrix::zeros(self.total, self.total);
         let (mut negative, mut singular) = (0, false);
@@ -451,8 +451,6 @@ impl Form {
         for (k, phase) in self.phases.iter().enumerate() {
             let s = phase.sizes;
             weights[self.offsets[k]..][..3 * s.states + s.integrals + s.times].fill(phase.share);
-            // States at the end follow from the rest.
-            weights[self.offsets[k] + s.states..][..s.states].fill(0.0);
             let swept = phase.swept(self.size, space, shift);
             negative += swept.negative;
             singular |= swept.singular;

@@ -1,25 +1,32 @@
-//! Times at which the flight of an unstable plant starts anew from its trajectory.
+//! Times at which the flight of an unstable plant starts anew beside its trajectory, and what its controls can reach until then.
 //!
 //! ```text
-//! M' = S^-1 f_x(x(t), u(t)) S M,  M = 1 at a start;   growth = ||M||,  S the scales of the states
+//! M' = A M,  M = 1       W' = A W + W A' + B B',  W = 0       A = S^-1 f_x S,  B = S^-1 f_u R       at a start
+//! growth = spectral radius of M,     least mean square of (du / R) that moves the end by S d:   d' W^-1 d / duration
 //! ```
 //!
 //! An error of 1e-9 in its controls grows with an unstable plant beyond every tolerance, whatever the method that found them: no trajectory of it can be
-//! flown without feedback. Its parts between times until which errors grow a hundredfold can.
+//! flown without feedback. Its parts between times until which errors grow a hundredfold can, and feedback joins them: by as little as a change of the
+//! controls (scales `R`) needs that leads from the state flown to the stated one (T. Kailath, Linear Systems, Prentice-Hall 1980, section 9.2: the
+//! controllability Gramian `W`). What no small change reaches stays as it is flown.
 
 use std::cell::RefCell;
 
-use apsides_ocp::PhaseTrajectory;
+use apsides_ocp::{PhaseScaling, PhaseTrajectory};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector, Schur};
 
+use super::Restart;
 use crate::equations::Equations;
 
 /// Growth of an error from which on a flight may start anew.
 const GROWN: f64 = 1e2;
-/// Accuracy of the growth, of which the size alone is asked.
-const ACCURACY: f64 = 1e-3;
+/// Accuracy of growth and reach.
+const ACCURACY: f64 = 1e-9;
+/// Part of the largest eigenvalue of a Gramian below which one is none.
+const REACHED: f64 = 1e-6;
 const MAX_STEPS: usize = 10_000;
+const MAX_EIGENVALUE_STEPS: usize = 1_000;
 
 /// The places at which a flight may start anew.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -30,22 +37,64 @@ pub(crate) enum Places {
     Nodes,
 }
 
-/// Times of starts beside the first, each with the growth since the earlier one; none where errors do not grow so much, or nobody can say.
+/// A time until which errors have grown, or the end of the phase.
+pub(super) struct Start {
+    pub(super) time: f64,
+    /// The growth since the start before.
+    pub(super) growth: f64,
+    reach: Reach,
+}
+
+/// The changes of states that controls make over a piece.
+struct Reach {
+    scales: Vec<f64>,
+    duration: f64,
+    /// Directions, and the eigenvalue of the Gramian for each.
+    vectors: DMatrix<f64>,
+    values: DVector<f64>,
+}
+
+impl Start {
+    /// Moves the state flown towards the stated one, as far as changes of the controls of at most `most` can: root of the mean square, relative to
+    /// their scales.
+    pub(super) fn join(&self, flown: &mut [f64], stated: &[f64], most: f64) -> Restart {
+        let before = flown.to_vec();
+        let Reach { scales, duration, vectors, values } = &self.reach;
+        let missing = flown.iter().zip(stated).zip(scales).map(|((flown, stated), s)| (stated - flown) / s);
+        let along = vectors.transpose() * DVector::from_iterator(scales.len(), missing);
+        let largest = values.amax();
+        let mut squares = 0.0;
+        for (k, (part, value)) in along.iter().zip(values.iter()).enumerate() {
+            let square = part * part / (value * duration);
+            if *value > REACHED * largest && squares + square <= most * most {
+                squares += square;
+                for ((x, direction), scale) in flown.iter_mut().zip(vectors.column(k).iter()).zip(scales) {
+                    *x += part * direction * scale;
+                }
+            }
+        }
+        let jump = before.iter().zip(&*flown).map(|(before, after)| before - after).collect();
+        Restart { time: self.time, growth: self.growth, jump, change: squares.sqrt() }
+    }
+}
+
+/// Times of starts beside the first, and the end of the phase; none where errors do not grow so much, or nobody can say.
 pub(super) fn starts(
     equations: Equations<'_>,
     found: &PhaseTrajectory,
-    scales: &[f64],
+    scaling: &PhaseScaling,
     places: Places,
-) -> Vec<(f64, f64)> {
-    try_starts(equations, found, scales, places).unwrap_or_default()
+) -> Vec<Start> {
+    let starts = try_starts(equations, found, scaling, places).unwrap_or_default();
+    if starts.len() > 1 { starts } else { Vec::new() }
 }
 
 fn try_starts(
     equations: Equations<'_>,
     found: &PhaseTrajectory,
-    scales: &[f64],
+    scaling: &PhaseScaling,
     places: Places,
-) -> Option<Vec<(f64, f64)>> {
+) -> Option<Vec<Start>> {
     let (nx, nu, width) = (equations.nx, equations.nu, equations.width());
     let settings = OdeSettings {
         relative_tolerance: ACCURACY,
@@ -54,44 +103,81 @@ fn try_starts(
         stiffness_interval: None,
         ..OdeSettings::default()
     };
-    let mut integrator = Integrator::new(nx * nx, settings).ok()?;
+    let mut integrator = Integrator::new(2 * nx * nx, settings).ok()?;
     let (breaks, legs) = (found.control.breaks(), found.control.segments().len());
     let zeros = |n: usize| vec![0.0; n];
     let scratch = RefCell::new((zeros(nx), zeros(nu), zeros(nx), zeros(nx * width), equations));
-    let identity = DMatrix::<f64>::identity(nx, nx);
-    let (mut columns, mut next) = (identity.clone(), identity.clone());
-    let mut starts = Vec::new();
+    // By columns: M, then W.
+    let mut start = zeros(2 * nx * nx);
+    (0..nx).for_each(|i| start[i * nx + i] = 1.0);
+    let (mut both, mut next) = (start.clone(), start.clone());
+    let (mut starts, mut since) = (Vec::new(), breaks[0]);
     for leg in 0..legs {
-        let system = FnSystem::new(nx * nx, |t: f64, m: &[f64], rates: &mut [f64]| {
+        let system = FnSystem::new(2 * nx * nx, |t: f64, both: &[f64], rates: &mut [f64]| {
             let (x, u, f, jacobian, equations) = &mut *scratch.borrow_mut();
             let t = found.control.within(leg, t);
             found.control.evaluate_in(leg, t, u);
             found.state.evaluate(t, x);
             equations.set(t, x, u);
             equations.dynamics_jacobian(f, jacobian);
-            for (column, rates) in m.chunks_exact(nx).zip(rates.chunks_exact_mut(nx)) {
-                for (i, rate) in rates.iter_mut().enumerate() {
-                    let row = jacobian[i * width..].iter().zip(scales).zip(column);
-                    *rate = row.map(|((a, scale), m)| a * scale * m).sum::<f64>() / scales[i];
-                }
-            }
+            let (states, controls) = (&scaling.states, &scaling.controls);
+            let a = DMatrix::from_fn(nx, nx, |i, j| jacobian[i * width + j] * states[j] / states[i]);
+            let b = DMatrix::from_fn(nx, nu, |i, j| jacobian[i * width + nx + j] * controls[j] / states[i]);
+            let m = DMatrix::from_column_slice(nx, nx, &both[..nx * nx]);
+            let w = DMatrix::from_column_slice(nx, nx, &both[nx * nx..]);
+            let carried = &a * w;
+            rates[..nx * nx].copy_from_slice((&a * m).as_slice());
+            rates[nx * nx..]
+                .copy_from_slice((&carried + carried.transpose() + &b * b.transpose()).as_slice());
         });
         let mut at = breaks[leg];
         for t in candidates(found, breaks[leg], breaks[leg + 1], places) {
-            let flown = integrator.integrate(&system, at, columns.as_slice(), t, next.as_mut_slice()).ok()?;
+            let flown = integrator.integrate(&system, at, &both, t, &mut next).ok()?;
             if flown.status != Status::Completed {
                 return None;
             }
-            columns.copy_from(&next);
+            both.copy_from_slice(&next);
             at = t;
-            let growth = columns.row_iter().map(|row| row.iter().map(|m| m.abs()).sum()).fold(0.0, f64::max);
-            if growth >= GROWN && t < breaks[legs] {
-                starts.push((t, growth));
-                columns.copy_from(&identity);
+            let is_last = t >= breaks[legs];
+            let growth = growth(DMatrix::from_column_slice(nx, nx, &both[..nx * nx]))?;
+            if growth >= GROWN || is_last {
+                let gramian = DMatrix::from_column_slice(nx, nx, &both[nx * nx..]);
+                let reach = Reach::new(gramian, &scaling.states, t - since)?;
+                starts.push(Start { time: t, growth, reach });
+                both.copy_from_slice(&start);
+                since = t;
             }
         }
     }
     Some(starts)
+}
+
+impl Reach {
+    fn new(gramian: DMatrix<f64>, scales: &[f64], duration: f64) -> Option<Self> {
+        if gramian.iter().any(|w| !w.is_finite()) {
+            return None;
+        }
+        let eigen = gramian.symmetric_eigen();
+        Some(Self {
+            scales: scales.to_vec(),
+            duration,
+            vectors: eigen.eigenvectors,
+            values: eigen.eigenvalues,
+        })
+    }
+}
+
+/// The spectral radius: a shear, such as that of a place by its speed, is no growth, whatever the scales. One where it is below [`GROWN`] for sure.
+fn growth(columns: DMatrix<f64>) -> Option<f64> {
+    let norm = columns.row_iter().map(|row| row.iter().map(|m| m.abs()).sum()).fold(0.0, f64::max);
+    if norm < GROWN {
+        return Some(1.0);
+    }
+    if columns.iter().any(|m| !m.is_finite()) {
+        return None;
+    }
+    let schur = Schur::try_new(columns, f64::EPSILON, MAX_EIGENVALUE_STEPS)?;
+    Some(schur.complex_eigenvalues().iter().map(|value| value.norm()).fold(0.0, f64::max))
 }
 
 /// Such places within an interval of the controls, and its end.
