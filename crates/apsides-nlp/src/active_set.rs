@@ -14,6 +14,7 @@ use crate::engine::Engine;
 use crate::iterate::Point;
 use crate::model::{BarrierModel, Structure};
 use crate::scaled::ScaledProblem;
+use crate::settings::NlpSettings;
 use crate::state::SolverState;
 use crate::step::SINGULAR_RESIDUAL;
 use crate::vector::max_abs;
@@ -89,11 +90,11 @@ impl Engine {
     /// meets more than a part of its bounds.
     pub(crate) fn polish(
         &mut self,
-        part: f64,
+        NlpSettings { polish: part, polish_by_course, .. }: &NlpSettings,
         problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
     ) -> bool {
-        if !self.state.meets_few_bounds(part) {
+        if !self.state.meets_few_bounds(*part) {
             return false;
         }
         self.state.trial.copy_from(&self.state.current);
@@ -101,7 +102,7 @@ impl Engine {
         let sides = self.state.sides();
         let Err(miss) = self.settle(POLISH, &mut sides.clone(), problem, system) else { return true };
         self.restore(errors, problem);
-        if miss != Miss::Contradiction {
+        if miss != Miss::Contradiction && !polish_by_course {
             return false;
         }
         let Some(mut by_course) = self.state.sides_by_course(problem, system) else { return false };

@@ -168,7 +168,7 @@ impl InteriorPoint {
             }
         }
         if status == Status::Optimal && self.settings.polish > 0.0 {
-            engine.polish(self.settings.polish, problem, system);
+            engine.polish(&self.settings, problem, system);
         }
         let keeps_point = matches!(
             status,

@@ -144,6 +144,9 @@ pub struct NlpSettings {
     pub max_saddle_escapes: usize,
     /// A solution that meets at most this part of its bounds ends with Newton's method on its active set; 0, no solution does.
     pub polish: f64,
+    /// Where that leads elsewhere, the active set is looked for by the course of the slacks too: multipliers that are small since little depends on
+    /// them are active all the same; false.
+    pub polish_by_course: bool,
     /// Settings of the linear systems. With [`Nlp::stages`](crate::Nlp::stages) the default ordering becomes the
     /// ordering by stages.
     pub kkt: KktSettings,
@@ -195,6 +198,7 @@ impl Default for NlpSettings {
             warm_start_barrier: 1e-6,
             max_saddle_escapes: 0,
             polish: 0.0,
+            polish_by_course: false,
             kkt: KktSettings::default(),
         }
     }
