@@ -56,6 +56,29 @@ def strut_beyond_buckling():
     return -along(amplitude, lambda s: s**4)
 
 
+def least_time_by_a_thrust_that_turns_round():
+    """Thrust against a costate that is linear in time; its length is one at the place, its least at a time at which the integrals are divided."""
+    push, start, speed = sqrt(1.5), np.array([-3.61, -1.59]), np.array([-0.93, -0.861])
+
+    def misses(unknowns):
+        place, of_speed, end = np.array(unknowns[:2]), np.array(unknowns[2:4]), unknowns[4]
+        turn = min(max(of_speed @ place / (place @ place), 0), end)
+
+        def along(value):
+            parts = [(0, turn), (turn, end)]
+            return sum(quad(value, *part, epsabs=1e-13, epsrel=1e-13, limit=200)[0] for part in parts)
+
+        def thrust(t, axis):
+            costate = of_speed - place * t
+            return -push * costate[axis] / np.hypot(*costate)
+
+        speeds = [speed[i] + along(lambda t: thrust(t, i)) for i in (0, 1)]
+        places = [start[i] + speed[i] * end + along(lambda t: (end - t) * thrust(t, i)) for i in (0, 1)]
+        return [*places, *speeds, place @ place - 1]
+
+    return fsolve(misses, [-0.84, -0.54, -2.46, -1.61, 4.87], xtol=1e-12)[4]
+
+
 def moving_wall():
     touch = root(lambda t: 0.25 * t**1.5 + 0.5 * (0.375 * sqrt(t)) ** 2 - 5.5, 1, 20)
     return touch + 0.375 * sqrt(touch)
@@ -722,6 +745,7 @@ OPTIMA = {
     "least_fuel_in_a_cone_with_a_least_thrust": least_fuel_in_a_cone_with_a_least_thrust,
     "least_fuel_in_space_by_length": lambda: 2 * (2 - sqrt(3)),
     "least_fuel_under_a_magnitude": lambda: 2 * (3 - sqrt(9 - 5 / 1.2)),
+    "least_time_by_a_thrust_that_turns_round": least_time_by_a_thrust_that_turns_round,
     "least_time_by_an_angle": lambda: 2,
     "least_time_in_an_ellipse": lambda: 2 * sqrt(hypot(4 / 2, 3 / 1)),
     "least_time_with_an_energy": lambda: 4 ** (1 / 3),
