@@ -21,7 +21,7 @@ use crate::optimality::{Among, Lengths, PhaseConditions, parameter_slopes};
 use crate::worst::relative;
 
 /// Eigenvalues this close to the shift of rows, relative, are those of rows that depend on others.
-const DEPENDENT: f64 = 1e-3;
+const DEPENDENT: f64 = 1e-2;
 
 /// Part of another size below which a size is none.
 const NOTHING: f64 = 1e-9;

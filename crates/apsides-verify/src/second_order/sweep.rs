@@ -12,7 +12,7 @@ use super::activity::Space;
 use super::interval::Interval;
 
 /// Pivot of a row's multiplier relative to a row of unit length, at the ends: lets dependent rows pass.
-pub(super) const ROW_SHIFT: f64 = 1e-10;
+pub(super) const ROW_SHIFT: f64 = 1e-12;
 /// Rows of unit length with a smaller part in the controls of an interval are left to earlier ones.
 const RANK: f64 = 1e-8;
 /// Eigenvalues below this part of the largest one are zero.
