@@ -87,7 +87,9 @@ impl Pipeline {
         let is_in_doubt = first.ended_at_a_conflict() || first.may_be_a_saddle();
         let most = if is_in_doubt { MOST_WORK_IN_DOUBT } else { MOST_WORK };
         let is_little = iterations.saturating_mul(variables) <= most;
-        let is_called_for = first.is_no_minimum() || first.may_be_a_saddle() || first.may_be_missed();
+        // Bends of several phases leave the order of events that these stand for, such as the burns of an injection.
+        let may_be_a_saddle = first.may_be_a_saddle() && posed.ocp.phases.len() == 1;
+        let is_called_for = first.is_no_minimum() || may_be_a_saddle || first.may_be_missed();
         if self.methods().name != MethodName::Radau || !is_little || !is_called_for {
             return Ok(first);
         }
