@@ -189,24 +189,20 @@ fn an_interrupted_map_is_the_earlier_one() {
     }
 }
 
+/// A re-entry on a mesh that takes half a minute.
+const LONG: [&str; 6] =
+    ["capsule-reentry", "--quiet", "--set", "radau.points=20", "--set", "radau.intervals=80"];
+/// Values of a key for a sweep of it.
+const TWO_LIMITS: [&str; 2] = ["--set", "heat_rate_limit_kw_m2=900,850"];
+
 /// Every long command ends with the same status after a signal.
 #[test]
 fn an_interrupt_has_one_status() {
     let dir = tempfile::tempdir().unwrap();
     let out = path(&dir.path().join("out"));
     for arguments in [
-        &["solve", "capsule-reentry", "--quiet", "--set", "radau.points=20", "--set", "radau.intervals=80"][..],
-        &[
-            "sweep",
-            "capsule-reentry",
-            "--quiet",
-            "--set",
-            "radau.points=20",
-            "--set",
-            "radau.intervals=80",
-            "--set",
-            "heat_rate_limit_kw_m2=900,850",
-        ],
+        &[&["solve"], &LONG[..]].concat()[..],
+        &[&["sweep"], &LONG[..], &TWO_LIMITS].concat(),
         &["footprint", "capsule-reentry", "--quiet", "--out", &out],
         &["montecarlo", "chang-e-3-braking", "--quiet", "--samples", "10000000", "--position-m", "10"],
         &["reproduce", "capsule-reentry", "--quiet"],
@@ -232,20 +228,7 @@ fn a_time_limit_ends_with_the_best_so_far() {
     let limit = ["--time-limit", "0.3"];
     let search = ["--method", "two-layer", "--set", "search.evaluations=100000000"];
     for (arguments, file) in [
-        (
-            &[
-                "solve",
-                "capsule-reentry",
-                "--quiet",
-                "--set",
-                "radau.points=20",
-                "--set",
-                "radau.intervals=80",
-                "--out",
-                &at("a"),
-            ][..],
-            "a/trajectory.csv",
-        ),
+        (&[&["solve"], &LONG[..], &["--out", &at("a")]].concat()[..], "a/trajectory.csv"),
         (
             &[
                 "solve",
@@ -278,22 +261,7 @@ fn a_time_limit_ends_with_the_best_so_far() {
             ],
             "d/montecarlo.json",
         ),
-        (
-            &[
-                "sweep",
-                "capsule-reentry",
-                "--quiet",
-                "--set",
-                "radau.points=20",
-                "--set",
-                "radau.intervals=80",
-                "--set",
-                "heat_rate_limit_kw_m2=900,850",
-                "--out",
-                &at("e"),
-            ],
-            "e/sweep.csv",
-        ),
+        (&[&["sweep"], &LONG[..], &TWO_LIMITS, &["--out", &at("e")]].concat(), "e/sweep.csv"),
         (&["footprint", "capsule-reentry", "--quiet", "--out", &at("f")], "f/footprint.json"),
         (
             &["tune", "moving-mass-cross", "--directions", "0", "--evaluations", "100000", "--out", &at("g")],

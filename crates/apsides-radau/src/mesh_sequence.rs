@@ -233,7 +233,7 @@ impl<'a> MeshSequence<'a> {
         }
         if self.is_settled {
             settings.polish = settings.polish.max(1.0);
-            settings.polish_by_course = self.last.as_ref().is_some_and(|last| last.error <= TELLING);
+            settings.polish_by_course |= self.last.as_ref().is_some_and(|last| last.error <= TELLING);
         }
         if self.progress.hangs_above(self.settings.tolerance) {
             settings.tolerance *= MORE_EXACT;

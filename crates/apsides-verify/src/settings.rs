@@ -11,7 +11,7 @@ pub struct VerifySettings {
     /// Steps allowed in each interval of the control polynomial; default 100 000. More end the re-simulation as failed.
     pub max_steps: usize,
     /// Allowed miss at the ends of phases, relative to the scale of the quantity; default 1e-7. A state that states its
-    /// own tolerance keeps it.
+    /// own tolerance keeps it. So much, of their scales, may controls change to join the pieces in which an unstable plant is flown.
     pub end_tolerance: f64,
     /// Allowed violation of bounds and path constraints along a phase, relative to the stated scale of the row, else
     /// the width of its bounds, else the larger finite bound, else the largest value met; default 1e-6. Allowed too,

@@ -36,7 +36,7 @@ pub struct SimulatedPhase {
 
 /// The re-simulated path of one phase with dense output.
 pub(crate) struct Flight {
-    /// Solutions one after the other, of each interval of the control polynomial that was flown.
+    /// Solutions one after the other, at least one, of each interval of the control polynomial that was flown.
     legs: Vec<Vec<DenseSolution>>,
     pub(crate) initial_state: Vec<f64>,
     /// NaN if the end was not reached.

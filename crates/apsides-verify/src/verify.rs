@@ -52,15 +52,15 @@ pub fn verify(
     let scaling = Scaling::new(ocp, &guess);
     let end_scales = EndScales::new(ocp, &scaling, settings);
     let stays = |k: usize, flight: &Flight| {
+        if flight.failure.is_some() {
+            return false;
+        }
         let ends = boundary::misses(ocp, trajectory, k, flight, &end_scales);
         let along =
             scan::deviation(&ocp.phases[k], &trajectory.phases[k], flight, &scaling.phases[k], settings);
         ends.iter().chain(&along).all(|check| check.passed)
     };
-    let flights =
-        simulation::fly_in_pieces(ocp, trajectory, &scaling, settings, Places::Nodes, |k, flight| {
-            flight.failure.is_none() && stays(k, flight)
-        });
+    let flights = simulation::fly_in_pieces(ocp, trajectory, &scaling, settings, Places::Nodes, stays);
     let boundary = Boundary { ocp, trajectory, flights: &flights, scaling: &scaling, settings };
     let mut checks = boundary.checks();
     for (k, (found, flight)) in trajectory.phases.iter().zip(&flights).enumerate() {

@@ -2,7 +2,8 @@
 //!
 //! The certificate of a solution that is stationary and no minimum says so: another control has a smaller Hamiltonian, or a change lowers the
 //! objective to second order. From the better controls, and from bent trajectories, which have no symmetry to keep, a solve may end at
-//! a better one. So it may where a straight line led nowhere: through the middle of an obstacle, or where nothing has a gradient or a value.
+//! a better one. So it may where the certificate cannot tell a minimum from a saddle, and where a straight line led nowhere: through the middle of
+//! an obstacle, or where nothing has a gradient or a value.
 
 use std::collections::VecDeque;
 
@@ -41,9 +42,17 @@ impl Certified {
         self.solution.is_success() && self.flight.certificate.names_something_better()
     }
 
-    /// True if the solve succeeded and its certificate does not tell a minimum from a saddle.
+    /// True if the solve succeeded and its certificate does not tell a minimum from a saddle. Bends of several phases would leave the order of events
+    /// that these stand for, such as the burns of an injection.
     fn may_be_a_saddle(&self) -> bool {
-        self.solution.is_success() && self.flight.certificate.leaves_open_a_saddle()
+        self.solution.is_success()
+            && self.solution.trajectory.phases.len() == 1
+            && self.flight.certificate.leaves_open_a_saddle()
+    }
+
+    /// True if another start may lead to a better solution than this one.
+    fn is_no_minimum_or_may_be_none(&self) -> bool {
+        self.is_no_minimum() || self.may_be_a_saddle()
     }
 
     /// True if the solve found requirements that conflict, near where it ended at least.
@@ -87,9 +96,7 @@ impl Pipeline {
         let is_in_doubt = first.ended_at_a_conflict() || first.may_be_a_saddle();
         let most = if is_in_doubt { MOST_WORK_IN_DOUBT } else { MOST_WORK };
         let is_little = iterations.saturating_mul(variables) <= most;
-        // Bends of several phases leave the order of events that these stand for, such as the burns of an injection.
-        let may_be_a_saddle = first.may_be_a_saddle() && posed.ocp.phases.len() == 1;
-        let is_called_for = first.is_no_minimum() || may_be_a_saddle || first.may_be_missed();
+        let is_called_for = first.is_no_minimum_or_may_be_none() || first.may_be_missed();
         if self.methods().name != MethodName::Radau || !is_little || !is_called_for {
             return Ok(first);
         }
@@ -106,7 +113,7 @@ impl Pipeline {
             let found = Certified::new(solution, flight);
             if is_better(posed, &found, &best) {
                 work.push(std::mem::replace(&mut best, found).solution.counters);
-                if best.is_no_minimum() || best.may_be_a_saddle() {
+                if best.is_no_minimum_or_may_be_none() {
                     starts = self.further_starts(posed, &best)?.into();
                 } else if best.flight.certificate.is_verified() {
                     starts.clear();
@@ -126,7 +133,7 @@ impl Pipeline {
     fn further_starts(&self, posed: &Posed, first: &Certified) -> Result<Vec<Guess>, Error> {
         let (ocp, found) = (&posed.ocp, &first.solution.trajectory);
         let mut starts = Vec::new();
-        let base = if first.is_no_minimum() || first.may_be_a_saddle() {
+        let base = if first.is_no_minimum_or_may_be_none() {
             if posed.expansion.is_none()
                 && let Some(better) = with_least_hamiltonian(ocp, found, &VerifySettings::default())?
             {

@@ -81,7 +81,8 @@ impl PhaseConditions<'_> {
                 parts.push((worth, format!("the {which} {} of phase `{}`", state.variable.name, phase.name)));
             }
         }
-        for restart in &flight.restarts {
+        // That at the end counts with the motion.
+        for restart in flight.restarts.iter().filter(|restart| restart.time < self.found.final_time) {
             let costate = &mut costates[0];
             self.costate.evaluate(restart.time, costate);
             let worth: f64 = costate.iter().zip(&restart.jump).map(|(costate, jump)| costate * jump).sum();

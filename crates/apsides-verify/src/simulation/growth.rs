@@ -14,7 +14,7 @@ use std::cell::RefCell;
 
 use apsides_ocp::{PhaseScaling, PhaseTrajectory};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
-use nalgebra::{DMatrix, DVector, Schur};
+use nalgebra::{DMatrix, DMatrixView, DVector, Schur};
 
 use super::Restart;
 use crate::equations::Equations;
@@ -106,7 +106,9 @@ fn try_starts(
     let mut integrator = Integrator::new(2 * nx * nx, settings).ok()?;
     let (breaks, legs) = (found.control.breaks(), found.control.segments().len());
     let zeros = |n: usize| vec![0.0; n];
-    let scratch = RefCell::new((zeros(nx), zeros(nu), zeros(nx), zeros(nx * width), equations));
+    let point = (zeros(nx), zeros(nu), zeros(nx), zeros(nx * width));
+    let linear = (DMatrix::zeros(nx, nx), DMatrix::zeros(nx, nu), DMatrix::zeros(nx, nx));
+    let scratch = RefCell::new((point, linear, equations));
     // By columns: M, then W.
     let mut start = zeros(2 * nx * nx);
     (0..nx).for_each(|i| start[i * nx + i] = 1.0);
@@ -114,21 +116,27 @@ fn try_starts(
     let (mut starts, mut since) = (Vec::new(), breaks[0]);
     for leg in 0..legs {
         let system = FnSystem::new(2 * nx * nx, |t: f64, both: &[f64], rates: &mut [f64]| {
-            let (x, u, f, jacobian, equations) = &mut *scratch.borrow_mut();
+            let ((x, u, f, jacobian), (a, b, rate), equations) = &mut *scratch.borrow_mut();
             let t = found.control.within(leg, t);
             found.control.evaluate_in(leg, t, u);
             found.state.evaluate(t, x);
             equations.set(t, x, u);
             equations.dynamics_jacobian(f, jacobian);
             let (states, controls) = (&scaling.states, &scaling.controls);
-            let a = DMatrix::from_fn(nx, nx, |i, j| jacobian[i * width + j] * states[j] / states[i]);
-            let b = DMatrix::from_fn(nx, nu, |i, j| jacobian[i * width + nx + j] * controls[j] / states[i]);
-            let m = DMatrix::from_column_slice(nx, nx, &both[..nx * nx]);
-            let w = DMatrix::from_column_slice(nx, nx, &both[nx * nx..]);
-            let carried = &a * w;
-            rates[..nx * nx].copy_from_slice((&a * m).as_slice());
-            rates[nx * nx..]
-                .copy_from_slice((&carried + carried.transpose() + &b * b.transpose()).as_slice());
+            for i in 0..nx {
+                let row = &jacobian[i * width..];
+                (0..nx).for_each(|j| a[(i, j)] = row[j] * states[j] / states[i]);
+                (0..nu).for_each(|j| b[(i, j)] = row[nx + j] * controls[j] / states[i]);
+            }
+            a.mul_to(&DMatrixView::from_slice(&both[..nx * nx], nx, nx), rate);
+            rates[..nx * nx].copy_from_slice(rate.as_slice());
+            a.mul_to(&DMatrixView::from_slice(&both[nx * nx..], nx, nx), rate);
+            let of_reach = &mut rates[nx * nx..];
+            for i in 0..nx {
+                for j in 0..nx {
+                    of_reach[j * nx + i] = rate[(i, j)] + rate[(j, i)] + b.row(i).dot(&b.row(j));
+                }
+            }
         });
         let mut at = breaks[leg];
         for t in candidates(found, breaks[leg], breaks[leg + 1], places) {
@@ -182,7 +190,8 @@ fn growth(columns: DMatrix<f64>) -> Option<f64> {
 
 /// Such places within an interval of the controls, and its end.
 fn candidates(found: &PhaseTrajectory, start: f64, end: f64, places: Places) -> Vec<f64> {
-    let nodes = (0..found.state.segments().len()).flat_map(|s| found.state.node_times(s));
+    let segments = found.state.segment_at(start)..=found.state.segment_at(end);
+    let nodes = segments.flat_map(|s| found.state.node_times(s));
     let inner = nodes.filter(|t| places == Places::Nodes && *t > start && *t < end);
     let mut times: Vec<f64> = inner.chain([end]).collect();
     times.sort_by(f64::total_cmp);
