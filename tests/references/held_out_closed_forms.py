@@ -730,6 +730,7 @@ OPTIMA = {
     "gate_in_an_instant": gate_in_an_instant,
     "gust_from_a_table": lambda: effort_against(lambda t: 20 * float(GUST(t)), [0.5, 0.502, 0.504]),
     "harmonic_five_switches": lambda: oscillator(9.3, 2.1),
+    "hover_by_any_thrust": lambda: 1.62 * 100,
     "integral_with_a_far_side": lambda: 20 * 0.3**2,
     "jerk_within_limits": lambda: 4 / 1.2 + 1.2 / 1 + 1 / 2,
     "jump_at_a_time": lambda: 1 / (0.3 + 4 * 0.7),

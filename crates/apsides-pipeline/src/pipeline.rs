@@ -571,7 +571,8 @@ impl Pipeline {
             certificate,
             warnings: {
                 let of_sites = decisions.sites.iter().filter_map(|site| site.summary.warning.clone());
-                solution.warnings.iter().map(ToString::to_string).chain(of_sites).collect()
+                let name = |setting| self.methods.key_of(setting);
+                solution.warnings.iter().map(|warning| warning.sentence(&name)).chain(of_sites).collect()
             },
             switches: solution.switches.iter().map(ToString::to_string).collect(),
             search: solution.search.and_then(|record| self.methods.search_summary(record)),

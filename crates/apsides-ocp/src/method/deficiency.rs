@@ -88,6 +88,12 @@ impl Deficiency {
         Self { reason, cause: None, remedies: vec![remedy] }
     }
 
+    /// Says whether it is the accuracy of the discretisation alone that is missing.
+    #[must_use]
+    pub fn is_of_accuracy(&self) -> bool {
+        matches!(self.reason, Reason::Inaccurate { .. } | Reason::Stalled { .. })
+    }
+
     /// The word for files and scripts.
     #[must_use]
     pub fn word(&self) -> &'static str {

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::deficiency::Deficiency;
 use crate::Ocp;
 
 /// A doubt about a solve, or a remark on the way it took.
@@ -26,9 +27,23 @@ pub enum Warning {
         /// The row of the path constraints.
         row: String,
     },
+    /// The discretisation is coarser than was asked, and checks that do not depend on it show an optimum.
+    Coarse(Deficiency),
 }
 
 impl Warning {
+    /// The warning as a sentence without full stop. `name` gives the name that the reader knows a setting by, such as the key of a file, from the
+    /// name of its field.
+    #[must_use]
+    pub fn sentence(&self, name: &dyn Fn(&'static str) -> String) -> String {
+        match self {
+            Self::Coarse(deficiency) => {
+                format!("{}; the certificate does not depend on the mesh", deficiency.sentence(name))
+            }
+            other => other.to_string(),
+        }
+    }
+
     /// The path equalities of a problem that contain no control. With the equations of motion they are differential-algebraic equations
     /// of index two or higher, whose costates no collocation gives to the order of its states (U. Ascher and L. Petzold, Computer
     /// Methods for Ordinary Differential Equations and Differential-Algebraic Equations, SIAM 1998, section 10.1).
@@ -107,6 +122,7 @@ impl fmt::Display for Warning {
             Self::SearchFailed => {
                 f.write_str("every flight of the search failed; the solve began from the guess")
             }
+            Self::Coarse(_) => f.write_str(&self.sentence(&str::to_owned)),
         }
     }
 }

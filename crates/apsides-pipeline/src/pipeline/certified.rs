@@ -1,6 +1,7 @@
 //! Solutions with their certificates.
 
 use apsides_nlp::Status;
+use apsides_ocp::method::{Deficiency, Warning};
 use apsides_ocp::{Ocp, Solution, Trajectory};
 use apsides_radau::Explanation;
 use apsides_verify::{
@@ -30,7 +31,7 @@ pub(super) struct Flight {
 
 impl Certified {
     /// A solution with its certificate. A solve that led nowhere from a point that is certified, on a finer mesh or as its steps became too
-    /// small, has solved the problem.
+    /// small, has solved the problem, and so has one whose mesh is too coarse by its own measure alone, as where nothing determines a control.
     pub(super) fn new(mut solution: Solution, flight: Flight) -> Self {
         let led_nowhere = matches!(
             solution.status,
@@ -39,9 +40,11 @@ impl Certified {
                 | Status::RestorationFailed
                 | Status::EvaluationFailed(_)
         );
-        if led_nowhere && flight.certificate.verdict >= Verdict::Extremal {
+        let is_coarse = solution.deficiency.as_ref().is_some_and(Deficiency::is_of_accuracy);
+        if (led_nowhere || is_coarse) && flight.certificate.verdict >= Verdict::Extremal {
             solution.status = Status::Acceptable;
-            solution.deficiency = None;
+            let doubt = solution.deficiency.take().filter(|_| is_coarse);
+            solution.warnings.extend(doubt.map(Warning::Coarse));
         }
         Self { solution, flight, conflict: None }
     }
