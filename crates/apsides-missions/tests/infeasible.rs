@@ -127,7 +127,8 @@ fn a_thrust_without_effect_is_said_to_have_none() {
     let solve = |thrust: &str, refinements: &str| {
         let set = [format!("thrust_n={thrust}"), format!("radau.max_refinements={refinements}")];
         let mission = registry().load("lunar-perilune", &set).unwrap();
-        mission.solve(None, &mut ()).unwrap().explanation.unwrap_or_default()
+        let outcome = mission.solve(None, &mut ()).unwrap();
+        outcome.explanation.into_iter().chain(outcome.summary.warnings).collect::<Vec<_>>().join("\n")
     };
     let why = solve("150", "1");
     assert!(why.contains("the direction of the thrust has no effect on the objective"), "{why}");

@@ -30,7 +30,7 @@ use crate::posed::{self, Posed};
 use crate::values::Values;
 
 use certified::{Certified, Flight};
-use unsolved::{Unsolved, explain};
+use unsolved::{Unsolved, doubts, explain, is_coarse};
 
 /// Bent starts from which a smaller conflict is looked for.
 const BENT_BESIDE_CONFLICT: usize = 4;
@@ -538,10 +538,13 @@ impl Pipeline {
             solution.status = Status::Interrupted;
         }
         let conflict = conflict.map(|c| in_keys(c, &self.values, self.mission.datum()));
-        let cause = match solution.deficiency.is_some() {
+        let cause = match is_coarse(&solution) {
             true => self.mission.undetermined(&solution.trajectory),
             false => None,
         };
+        let of_sites = decisions.sites.iter().filter_map(|site| site.summary.warning.clone());
+        let warnings =
+            doubts(&self.methods, &solution, cause.as_deref()).into_iter().chain(of_sites).collect();
         let explanation =
             explain(&self.methods, &ocp, &solution, &Unsolved { conflict: conflict.as_ref(), ..*unsolved })
                 .map(|text| {
@@ -569,11 +572,7 @@ impl Pipeline {
             counters: solution.counters.into(),
             timing_ms,
             certificate,
-            warnings: {
-                let of_sites = decisions.sites.iter().filter_map(|site| site.summary.warning.clone());
-                let name = |setting| self.methods.key_of(setting);
-                solution.warnings.iter().map(|warning| warning.sentence(&name)).chain(of_sites).collect()
-            },
+            warnings,
             switches: solution.switches.iter().map(ToString::to_string).collect(),
             search: solution.search.and_then(|record| self.methods.search_summary(record)),
             sites: decisions.sites.iter().map(|site| site.summary.clone()).collect(),

@@ -1,6 +1,7 @@
-//! The sentence about a mission that was not solved.
+//! The sentences about a mission that was not solved, or not without doubts.
 
 use apsides_nlp::Status;
+use apsides_ocp::method::Warning;
 use apsides_ocp::not_finite::NotFinite;
 use apsides_ocp::{Bounds, Ocp, Sense, Solution, Trajectory, behind_number};
 use apsides_radau::Explanation;
@@ -48,6 +49,24 @@ pub(super) fn explain(
         (None, None) => {}
     }
     Some(text)
+}
+
+/// Says whether the discretisation of a solution is not what was asked for.
+pub(super) fn is_coarse(solution: &Solution) -> bool {
+    let is_of_mesh = |warning: &Warning| matches!(warning, Warning::Coarse(_));
+    solution.deficiency.is_some() || solution.warnings.iter().any(is_of_mesh)
+}
+
+/// The doubts that remain though a solve succeeded, those about its mesh with their `cause`, if that is known.
+pub(super) fn doubts(methods: &Methods, solution: &Solution, cause: Option<&str>) -> Vec<String> {
+    let sentence = |warning: &Warning| {
+        let text = warning.sentence(&|setting| methods.key_of(setting));
+        match (warning, cause) {
+            (Warning::Coarse(_), Some(cause)) => format!("{text}; {cause}"),
+            _ => text,
+        }
+    };
+    solution.warnings.iter().map(sentence).collect()
 }
 
 /// Says of an objective without a bound which quantity has gone farthest where nothing bounds it.
