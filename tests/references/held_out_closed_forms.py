@@ -322,6 +322,12 @@ def around_a_small_disc(radius=0.02, before=37.3, behind=62.7):
     return side(before) + side(behind)
 
 
+def between_two_discs(radius=0.7, before=3, below=0.5):
+    """Under the lower one, whose lowest point is nearer to the straight line than the highest one of the other."""
+    way = hypot(before, below)
+    return 2 * (sqrt(way**2 - radius**2) + radius * (acos(-below / way) - acos(radius / way)))
+
+
 def fast_actuator(rate=1e3, effort=0.1, end=2):
     """The equation of Riccati, with the linear and the constant term, backward from the end."""
     a, b = np.array([[-1, 1], [0, -rate]]), np.array([[0], [rate]])
@@ -680,6 +686,7 @@ OPTIMA = {
     "around_a_small_disc": around_a_small_disc,
     "astronomical_unit": lambda: 2 * sqrt(149597870700 / 4e-3),
     "best_damping": lambda: 1,
+    "between_two_discs": between_two_discs,
     "body_of_least_drag": lambda: newton_body(1.0),
     "bound_on_a_ratio_of_integrals": lambda: 3 / 4 + sqrt(3) / 2,
     "brake_stronger_than_push": lambda: 1.2 * sqrt(2 * 4 / 1.2),

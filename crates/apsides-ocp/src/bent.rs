@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use crate::{Guess, Ocp, Scaling};
+use crate::{Guess, Ocp, Scaling, State};
 
 /// Points of a bent guess.
 const POINTS: usize = 33;
@@ -36,14 +36,7 @@ impl Guess {
             let by_control: Vec<f64> = scales.controls.iter().zip(&mut bends).map(|(s, b)| s * b).collect();
             let mut bent = guess.with_samples(POINTS, |fraction, x, u| {
                 for ((x, by), state) in x.iter_mut().zip(&by_state).zip(&phase.states) {
-                    let keeps_start = !is_first || state.initial.is_fixed();
-                    let keeps_end = !is_last || state.terminal.is_fixed();
-                    let bow = match (keeps_start, keeps_end) {
-                        (true, true) => (PI * fraction).sin(),
-                        (true, false) => (0.5 * PI * fraction).sin(),
-                        (false, true) => (0.5 * PI * fraction).cos(),
-                        (false, false) => 1.0,
-                    };
+                    let bow = bow(state, is_first, is_last, fraction);
                     *x = state.variable.bounds.clamp(*x + by * bow);
                 }
                 // Half a wave on a mean: some controls change their sign on the way, others do not.
@@ -61,5 +54,17 @@ impl Guess {
             phases.push(bent);
         }
         Self { phases, parameters: self.parameters.clone(), constraint_multipliers: None }
+    }
+}
+
+/// The bend of a state at a part of a phase, one at most: none at fixed ends, and where phases meet.
+pub(crate) fn bow(state: &State, is_first: bool, is_last: bool, fraction: f64) -> f64 {
+    let keeps_start = !is_first || state.initial.is_fixed();
+    let keeps_end = !is_last || state.terminal.is_fixed();
+    match (keeps_start, keeps_end) {
+        (true, true) => (PI * fraction).sin(),
+        (true, false) => (0.5 * PI * fraction).sin(),
+        (false, true) => (0.5 * PI * fraction).cos(),
+        (false, false) => 1.0,
     }
 }

@@ -1,5 +1,6 @@
 //! Starting points: straight lines, samples, a flight with given controls, or an earlier trajectory.
 
+mod around;
 mod controls;
 mod flight;
 mod moving;

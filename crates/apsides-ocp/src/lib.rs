@@ -53,6 +53,7 @@
 //! | [`by_direction`], [`cones`] | vectors of controls by length and direction; path constraints of a length |
 //! | [`path_ends`] | path constraints at the ends of their phases |
 //! | [`guess`], [`mesh`] | what a method starts from |
+//! | [`spread`] | points spread over a cube, for several starts |
 //! | [`piecewise`], [`trajectory`] | states, controls and costates of a solution |
 //! | [`method`] | the interface of methods and what each of them returns |
 //!
@@ -87,6 +88,7 @@ pub mod piecewise;
 pub mod problem;
 mod rewrite;
 pub mod scaling;
+pub mod spread;
 mod squares;
 pub mod trajectory;
 pub mod turns;

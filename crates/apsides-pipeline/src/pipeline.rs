@@ -488,8 +488,8 @@ impl Pipeline {
         let method = self.methods.radau.method();
         let mut observer = self.run.cancellation.clone();
         let (ocp, own) = (&posed.ocp, &posed.guess);
-        let mut further: Vec<Guess> =
-            (1..=BENT_BESIDE_CONFLICT).map(|number| own.bent(ocp, number)).collect();
+        let bent = (1..=BENT_BESIDE_CONFLICT).map(|number| own.bent(ocp, number));
+        let mut further: Vec<Guess> = own.around(ocp).into_iter().chain(bent).collect();
         if solution.trajectory.has_costates() {
             let (reached, mesh) = (Guess::earlier(&solution.trajectory), solution.trajectory.mesh());
             let starts = [&[own.clone()][..], &further].concat();

@@ -95,6 +95,31 @@ impl Solves<'_> {
         })
     }
 
+    /// The best solution from bends of the guess around what path constraints forbid along it, if there is any; an error of an attempt that must
+    /// not go on is its status.
+    fn around(
+        &mut self,
+        radau: &Radau,
+        guess: &Guess,
+    ) -> Result<Result<Option<RadauSolution>, Status>, RadauError> {
+        let sign = self.ocp.objective.sense.sign();
+        let mut best: Option<RadauSolution> = None;
+        for start in guess.around(self.ocp) {
+            let found = self.solve(radau, self.ocp, start, MOST_ITERATIONS)?;
+            if !may_go_on(found.status) {
+                return Ok(Err(found.status));
+            }
+            let is_better = |best: &RadauSolution| {
+                let cost = |s: &RadauSolution| -sign * s.trajectory.objective;
+                (found.accurate, cost(&found)) > (best.accurate, cost(best))
+            };
+            if found.status.is_success() && best.as_ref().is_none_or(is_better) {
+                best = Some(found);
+            }
+        }
+        Ok(Ok(best))
+    }
+
     /// The better one of a solution and that from the feasible trajectory closest to the guess.
     fn or_from_closest(
         &mut self,
@@ -275,7 +300,16 @@ impl Radau {
         let leads_on =
             |s: &RadauSolution| s.status.is_success() || s.meshes.len() > 1 || !may_go_on(s.status);
         let mut solves = Solves { ocp, mesh, observer, meshes: Vec::new() };
-        let first = solves.solve(self, ocp, guess.clone(), MOST_ITERATIONS)?;
+        let mut first = solves.solve(self, ocp, guess.clone(), MOST_ITERATIONS)?;
+        let is_missed = !first.status.is_success()
+            || (!first.accurate && Guess::earlier(&first.trajectory).is_blocked(ocp));
+        if is_missed && may_go_on(first.status) {
+            match solves.around(self, guess)? {
+                Ok(Some(around)) => return Ok(RadauSolution { meshes: solves.meshes, ..around }),
+                Ok(None) => {}
+                Err(status) => first.status = status,
+            }
+        }
         // By way of the constraints alone: the objective had no say in which of several optima that led to.
         if first.status.is_success() && first.meshes.first().is_some_and(|m| m.restorations > 0) {
             return solves.or_from_closest(self, guess, first);

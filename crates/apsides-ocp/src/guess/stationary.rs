@@ -72,7 +72,7 @@ fn fractions() -> impl Iterator<Item = f64> {
 }
 
 /// The inputs of a function along a guess.
-struct Along<'a> {
+pub(super) struct Along<'a> {
     guess: &'a PhaseGuess,
     states: usize,
     controls: usize,
@@ -81,7 +81,12 @@ struct Along<'a> {
 }
 
 impl<'a> Along<'a> {
-    fn new(phase: &Phase, guess: &'a PhaseGuess, parameters: &'a [f64], function: &dyn NodeFunction) -> Self {
+    pub(super) fn new(
+        phase: &Phase,
+        guess: &'a PhaseGuess,
+        parameters: &'a [f64],
+        function: &dyn NodeFunction,
+    ) -> Self {
         let taken = if phase.takes_parameters(function) { parameters } else { &[] };
         Self { guess, states: phase.states.len(), controls: phase.controls.len(), parameters: taken }
     }
@@ -91,7 +96,7 @@ impl<'a> Along<'a> {
     }
 
     /// The inputs `[x, u, p, t]` at a part of the duration.
-    fn point(&self, fraction: f64, z: &mut [f64]) {
+    pub(super) fn point(&self, fraction: f64, z: &mut [f64]) {
         let (x, rest) = z.split_at_mut(self.states);
         let (u, rest) = rest.split_at_mut(self.controls);
         let (p, t) = rest.split_at_mut(self.parameters.len());
