@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use apsides_ocp::method::SearchRecord;
-use apsides_ocp::{Guess, Mesh, Method, Ocp, Solution, Start, Trajectory};
+use apsides_ocp::{Mesh, Method, Ocp, Solution, Start, Trajectory};
 
 use crate::Error;
 use crate::key::Key;
@@ -322,15 +322,15 @@ impl Methods {
         Ok(method.solve(&posed.ocp, &start, observer)?)
     }
 
-    /// Solves a problem from another guess than that of the mission.
+    /// Solves a problem from another start than that of the mission.
     pub(crate) fn solve_from(
         &self,
         posed: &Posed,
-        guess: &Guess,
+        start: &Start,
         observer: &mut dyn Observer,
     ) -> Result<Solution, Error> {
         let method = self.settings()?.method(&self.case(posed, None))?;
-        Ok(method.solve(&posed.ocp, &Start::new(guess.clone()), observer)?)
+        Ok(method.solve(&posed.ocp, start, observer)?)
     }
 
     /// The same, collocation taking at most so many iterations on a mesh.

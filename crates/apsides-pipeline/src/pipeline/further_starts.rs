@@ -8,8 +8,8 @@
 use std::collections::VecDeque;
 
 use apsides_nlp::Status;
-use apsides_ocp::Guess;
 use apsides_ocp::method::Counters;
+use apsides_ocp::{Guess, Start};
 use apsides_verify::{Verdict, VerifySettings, with_least_hamiltonian};
 
 use crate::Error;
@@ -130,23 +130,24 @@ impl Pipeline {
     }
 
     /// The starts from which a solve may end elsewhere, the most promising one first.
-    fn further_starts(&self, posed: &Posed, first: &Certified) -> Result<Vec<Guess>, Error> {
+    fn further_starts(&self, posed: &Posed, first: &Certified) -> Result<Vec<Start>, Error> {
         let (ocp, found) = (&posed.ocp, &first.solution.trajectory);
         let mut starts = Vec::new();
         let base = if first.is_no_minimum_or_may_be_none() {
             if posed.expansion.is_none()
                 && let Some(better) = with_least_hamiltonian(ocp, found, &VerifySettings::default())?
             {
-                starts.push(Guess::along(&better)?);
+                starts.push(Start::new(Guess::along(&better)?));
             }
             Guess::along(found)?
         } else {
             if let Some(feasible) = first.conflict.as_ref().and_then(|c| c.feasible.as_ref()) {
-                starts.push(Guess::along(feasible)?);
+                // A first mesh that is coarser may carry no feasible motion, as where controls turn from bound to bound without a pause.
+                starts.push(Start::new(Guess::along(feasible)?).with_mesh(feasible.mesh()));
             }
             posed.guess.clone()
         };
-        starts.extend((1..=BENT).map(|number| base.bent(ocp, number)));
+        starts.extend((1..=BENT).map(|number| Start::new(base.bent(ocp, number))));
         Ok(starts)
     }
 }

@@ -8,7 +8,7 @@ use std::fmt;
 
 use apsides_nlp::Status;
 use apsides_ocp::method::Counters;
-use apsides_ocp::{Bounds, Guess, Ocp, Scaling, Solution, Trajectory, behind_number};
+use apsides_ocp::{Bounds, Guess, Ocp, Scaling, Solution, Start, Trajectory, behind_number};
 use apsides_verify::{Check, CheckKind, Verdict};
 
 use crate::Error;
@@ -174,7 +174,7 @@ impl Tries<'_> {
         let methods = methods.with_most_refinements(MOST_REFINEMENTS);
         let ocp = self.quantity.bounded(&self.posed.ocp, bound, is_fixed);
         let guess = self.quantity.moved(guess, bound);
-        let solution = methods.solve_from(&Posed::new(ocp, guess.clone()), &guess, observer)?;
+        let solution = methods.solve_from(&Posed::new(ocp, guess.clone()), &Start::new(guess), observer)?;
         self.work.push(solution.counters);
         Ok(Some(solution).filter(|s| s.status.is_success()))
     }
