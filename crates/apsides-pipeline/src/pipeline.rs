@@ -398,7 +398,7 @@ impl Pipeline {
         let flight = self.flight(&posed, &decisions, &solution)?;
         let mut verify = milliseconds(begin);
         let mut found = Certified::new(solution, flight);
-        if matches!(found.solution.status, Status::Infeasible | Status::RestorationFailed) {
+        if found.found_none_feasible() {
             found.conflict = Some(self.conflict(&posed, &found.solution)?);
             if self.is_cancelled() {
                 // With more time there might be another conflict: work that goes on later must not take this one for the answer.

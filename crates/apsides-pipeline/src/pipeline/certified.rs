@@ -49,18 +49,36 @@ impl Certified {
         Self { solution, flight, conflict: None }
     }
 
+    /// True if the solve found no feasible point: by its own word, or since it ended without success at a trajectory that misses requirements by far.
+    pub(super) fn found_none_feasible(&self) -> bool {
+        let misses_by_far = || {
+            let checks = self.flight.certificate.checks.iter();
+            checks.filter(|c| c.kind == CheckKind::Feasibility).any(|c| c.value > BY_FAR * c.limit)
+        };
+        match self.solution.status {
+            Status::Infeasible | Status::RestorationFailed => true,
+            Status::IterationLimit | Status::StepTooSmall => misses_by_far(),
+            _ => false,
+        }
+    }
+
     /// The same with what is known of a solve that found no feasible point: the requirements conflict where motions from several starts
     /// miss them by no less; from a single start, or without a conflict, no more is said than that nothing was found.
     pub(super) fn with_true_status(mut self) -> Self {
         let is_certain = self.conflict.as_ref().is_some_and(Explanation::is_certain);
         self.solution.status = match self.solution.status {
             Status::Infeasible if !is_certain => Status::NoFeasiblePoint,
-            Status::RestorationFailed if is_certain => Status::Infeasible,
+            Status::RestorationFailed | Status::IterationLimit | Status::StepTooSmall if is_certain => {
+                Status::Infeasible
+            }
             status => status,
         };
         self
     }
 }
+
+/// Times the limit of a check by which a trajectory is not near what the check asks for: limits are a ten millionth of the scales.
+const BY_FAR: f64 = 1e4;
 
 /// Steps along an interval of a flight whose solve was ended before its end: one that needs more is far from any that is verified.
 const STEPS_OF_THE_UNFINISHED: usize = 2_000;
