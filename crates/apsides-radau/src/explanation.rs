@@ -12,8 +12,10 @@ use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Unmet};
 use crate::RadauError;
 use crate::least_relaxation::{Relaxed, Relaxer};
 use crate::relaxation::{Requirement, outward, short};
+use crate::settings::RadauSettings;
 use crate::solver::{MeshRecord, Radau};
 use crate::start_residuals::StartResiduals;
+use crate::starts::easier;
 use crate::state_bounds::without_arcs;
 use crate::transcription::Transcription;
 
@@ -35,7 +37,7 @@ pub struct Conflict {
 pub struct Remedy {
     /// The requirement; its bound now is `requirement.limit`.
     pub requirement: Requirement,
-    /// The bound nearest to that with which the problem is feasible, in its unit.
+    /// A bound with which the problem is feasible, in its unit: the nearest one, or where no accurate motion shows that, a little beyond.
     pub to: f64,
 }
 
@@ -47,7 +49,7 @@ pub struct Explanation {
     /// The conflict, largest relative amount first. Relaxing all of them by their amounts restores feasibility. None: all
     /// requirements are met to the resolution.
     pub conflicts: Vec<Conflict>,
-    /// Each of these relaxations alone restores feasibility; smallest relative change first, fixed end values last.
+    /// Each of these relaxations alone restores feasibility, which a motion shows that is accurate between the points of its mesh too; smallest relative change first, fixed end values last.
     pub remedies: Vec<Remedy>,
     /// A conflict below this size, relative to the scales of its quantities, would not have been seen: the accuracy of the relaxation and
     /// the error of its mesh between the points.
@@ -82,6 +84,18 @@ const MOST_LOWER: usize = 3;
 const AGREED: usize = 3;
 /// Part of a change that the rounding of a limit may hide.
 const LOST: f64 = 0.1;
+/// Part of a relaxation by which more is asked for where its own motion does not show that it is enough.
+const MARGIN: f64 = 1e-2;
+/// Error of a motion that shows it, relative to the margin, and at most.
+const SMALL: f64 = 0.1;
+const MOST_ERROR: f64 = 1e-4;
+/// Error of a motion above which it is no start of a solve that may show it.
+const MOST_ERROR_OF_A_START: f64 = 1e-2;
+/// Iterations of that solve on each mesh, and refinements of its mesh.
+const MOST_ITERATIONS: usize = 100;
+const MOST_REFINEMENTS: usize = 8;
+/// Work of all such solves, in iterations on the first mesh of the explanation: what takes more is not shown.
+const MOST_WORK: usize = 300;
 /// Requirements tried alone besides those that conflict.
 const MOST_OTHERS: usize = 5;
 
@@ -139,12 +153,59 @@ impl Radau {
             }
         }
         if !explanation.conflicts.is_empty() {
-            explanation.remedies = ways.into_iter().map(|way| way.remedy).collect();
+            let mut work = 0;
+            for way in ways {
+                let shown = self.shown(ocp, &relaxer, way, &mut work, &mut meshes, observer)?;
+                explanation.remedies.extend(shown);
+            }
         } else if all.result.is_success() {
             explanation.feasible = Some(all.nlp.trajectory(relaxer.ocp(), &all.result.report)?);
         }
         explanation.meshes = meshes;
         Ok(explanation)
+    }
+
+    /// The relaxation of a way out that is shown to be enough: by its motion, where that is accurate between the points too, else by a solve of the
+    /// problem with a little more than the relaxation. On a coarse mesh a motion leaps over walls, and gains by errors.
+    fn shown(
+        &self,
+        ocp: &Ocp,
+        relaxer: &Relaxer<'_>,
+        way: WayOut,
+        work: &mut usize,
+        meshes: &mut Vec<MeshRecord>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Remedy>, RadauError> {
+        let WayOut { remedy, motion } = way;
+        if motion.error() <= relaxer.tolerance() {
+            return Ok(Some(remedy));
+        }
+        let Remedy { requirement, to } = &remedy;
+        let to = to + MARGIN * (to - requirement.limit);
+        // An error that is small beside the margin.
+        let tolerance = (SMALL * MARGIN * motion.largest()).min(MOST_ERROR).max(self.settings.tolerance);
+        if motion.error() <= tolerance {
+            return Ok(Some(Remedy { to, ..remedy }));
+        }
+        let most = MOST_WORK * meshes.first().map_or(0, |m| m.points);
+        if motion.error() > MOST_ERROR_OF_A_START || *work > most {
+            return Ok(None);
+        }
+        let guess = Guess::along(&motion.nlp.trajectory(relaxer.ocp(), &motion.result.report)?)?;
+        let mut relaxed = ocp.clone();
+        requirement.restate(&mut relaxed, to);
+        let Some(relaxed) = easier(&relaxed, &guess) else { return Ok(None) };
+        let mut settings = RadauSettings { tolerance, ..self.settings.clone() };
+        settings.max_refinements = settings.max_refinements.min(MOST_REFINEMENTS);
+        settings.nlp.max_iterations = settings.nlp.max_iterations.min(MOST_ITERATIONS);
+        let radau = Self { settings };
+        let found = radau.solve_from_guess(&relaxed, guess, motion.mesh, MOST_ITERATIONS, observer)?;
+        *work += found.meshes.iter().map(|m| m.counters.iterations * m.points).sum::<usize>();
+        meshes.extend(found.meshes.iter().cloned());
+        if found.status.is_success() && found.accurate {
+            return Ok(Some(Remedy { to, ..remedy }));
+        }
+        Ok(None)
     }
 
     /// The largest residuals of a guess on a mesh before the first iteration: one per constraint, relative to its scale
@@ -343,7 +404,7 @@ impl fmt::Display for Explanation {
         let list = |items: Vec<String>, joint: &str| items.join(joint);
         f.write_str(&list(self.conflicts.iter().map(Conflict::to_string).collect(), "; "))?;
         if self.remedies.is_empty() {
-            return f.write_str("; no single relaxation restores feasibility, these together do");
+            return f.write_str("; no single relaxation is shown to restore feasibility");
         }
         let remedies = list(self.remedies.iter().map(Remedy::to_string).collect(), ", or if ");
         write!(f, "; feasible if {remedies}")

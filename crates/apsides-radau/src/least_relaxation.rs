@@ -88,6 +88,11 @@ impl<'a> Relaxer<'a> {
         }
     }
 
+    /// Error between the points of a mesh at which a motion is one of the problem.
+    pub(crate) fn tolerance(&self) -> f64 {
+        self.settings.tolerance
+    }
+
     /// The problem that is relaxed.
     pub(crate) fn ocp(&self) -> &Ocp {
         &self.ocp
@@ -231,8 +236,19 @@ impl Relaxed {
         parts.map(|(item, amount)| item.limits.weight * amount / item.limits.unit).sum()
     }
 
+    /// The largest amount, relative to its unit.
+    pub(crate) fn largest(&self) -> f64 {
+        let parts = self.items.iter().zip(&self.result.amounts);
+        parts.map(|(item, amount)| amount / item.limits.unit).fold(0.0, f64::max)
+    }
+
     /// Largest relative amount that would not be seen.
     pub(crate) fn resolution(&self) -> f64 {
-        self.result.resolution.max(self.meshes.last().map_or(f64::INFINITY, |m| m.error))
+        self.result.resolution.max(self.error())
+    }
+
+    /// The error of the motion between the points of its mesh, excess of bounds included.
+    pub(crate) fn error(&self) -> f64 {
+        self.meshes.last().map_or(f64::INFINITY, |m| m.error)
     }
 }

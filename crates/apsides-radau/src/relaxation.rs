@@ -88,6 +88,58 @@ impl Requirement {
             Side::Upper => self.limit + amount,
         }
     }
+
+    /// States another bound in a problem that has this requirement.
+    pub(crate) fn restate(&self, ocp: &mut Ocp, to: f64) {
+        let mut places: Vec<&mut Bounds> = Vec::new();
+        if self.kind == RequirementKind::Parameter {
+            places.extend(ocp.parameters.iter_mut().filter(|p| p.name == self.name).map(|p| &mut p.bounds));
+        }
+        if self.kind == RequirementKind::Endpoint {
+            for c in &mut ocp.constraints {
+                let rows = c.rows.iter_mut().filter(|row| self.name == of_constraint(&c.name, &row.name));
+                places.extend(rows.map(|row| &mut row.bounds));
+            }
+        }
+        for phase in ocp.phases.iter_mut().filter(|phase| self.phase.as_ref() == Some(&phase.name)) {
+            let states = phase.states.iter_mut().filter(|s| s.variable.name == self.name);
+            match self.kind {
+                RequirementKind::InitialState => places.extend(states.map(|s| &mut s.initial)),
+                RequirementKind::FinalState => places.extend(states.map(|s| &mut s.terminal)),
+                RequirementKind::State => places.extend(states.map(|s| &mut s.variable.bounds)),
+                RequirementKind::Control => places.extend(named(&mut phase.controls, &self.name)),
+                RequirementKind::Path => {
+                    places.extend(named(phase.path.iter_mut().flat_map(|c| &mut c.rows), &self.name));
+                }
+                RequirementKind::Integral => {
+                    places.extend(named(phase.integrals.iter_mut().map(|q| &mut q.variable), &self.name));
+                }
+                RequirementKind::InitialTime => places.push(&mut phase.initial_time),
+                RequirementKind::FinalTime => places.push(&mut phase.final_time),
+                RequirementKind::Duration => places.push(&mut phase.duration),
+                RequirementKind::Parameter | RequirementKind::Endpoint => {}
+            }
+        }
+        for bounds in places {
+            match self.side {
+                Side::Lower => bounds.lower = to,
+                Side::Upper => bounds.upper = to,
+            }
+        }
+    }
+}
+
+/// The bounds of the variables of a name.
+fn named<'a>(
+    variables: impl IntoIterator<Item = &'a mut Variable>,
+    name: &str,
+) -> impl Iterator<Item = &'a mut Bounds> {
+    variables.into_iter().filter(move |v| v.name == name).map(|v| &mut v.bounds)
+}
+
+/// The name of a row of a constraint.
+fn of_constraint(constraint: &str, row: &str) -> String {
+    format!("{constraint}: {row}")
 }
 
 impl fmt::Display for Requirement {
@@ -187,7 +239,7 @@ pub(crate) fn items(ocp: &Ocp, nlp: &Transcription) -> Vec<Item> {
             continue;
         }
         for (k, row) in c.rows.iter().enumerate() {
-            let named = Variable { name: format!("{}: {}", c.name, row.name), ..row.clone() };
+            let named = Variable { name: of_constraint(&c.name, &row.name), ..row.clone() };
             items.add(RequirementKind::Endpoint, &named, row.bounds, &[Place::Constraint(first + k)], &[]);
         }
     }
@@ -353,7 +405,17 @@ impl Item {
 
 #[cfg(test)]
 mod tests {
+    use apsides_ad::{Dynamics, Scalar};
+    use apsides_ocp::{At, State};
+
     use super::*;
+
+    struct Walk;
+    impl Dynamics<1, 1> for Walk {
+        fn rate<S: Scalar>(&self, _t: S, _x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+            *u
+        }
+    }
 
     /// A change in late digits is shown, and towards the side that helps.
     #[test]
@@ -367,5 +429,48 @@ mod tests {
         assert_eq!(outward(0.0, 5.0, Side::Lower), 0.0);
         assert_eq!(rounded_up(440.244, 3), 441.0);
         assert_eq!(rounded_up(0.013_101, 3), 0.0132);
+    }
+
+    /// Each kind of requirement finds its own bound, and that alone.
+    #[test]
+    fn another_bound_is_stated_at_its_place() {
+        let named = |name: &str| Variable::new(name, "m").within(0.0, 1.0);
+        let state = State::new("x", "m").within(0.0, 1.0).starts_within(0.0, 1.0).ends_within(0.0, 1.0);
+        let mut ocp = Ocp::builder("walk")
+            .phase(
+                Phase::new("walk", Walk)
+                    .states([state])
+                    .controls([named("v")])
+                    .final_time(Bounds::new(0.0, 1.0)),
+            )
+            .minimize("time", "s", At::FinalTime("walk"))
+            .build()
+            .expect("a problem");
+        let mut to = 1.0;
+        for (kind, name) in [
+            (RequirementKind::InitialState, "x"),
+            (RequirementKind::FinalState, "x"),
+            (RequirementKind::State, "x"),
+            (RequirementKind::Control, "v"),
+            (RequirementKind::FinalTime, "final time"),
+        ] {
+            to += 1.0;
+            let requirement = Requirement {
+                phase: Some("walk".into()),
+                name: name.into(),
+                kind,
+                side: Side::Upper,
+                limit: 1.0,
+                fixed: false,
+                unit: "m".into(),
+                stated_by: None,
+            };
+            requirement.restate(&mut ocp, to);
+        }
+        let phase = &ocp.phases[0];
+        let x = &phase.states[0];
+        let found = [x.initial, x.terminal, x.variable.bounds, phase.controls[0].bounds, phase.final_time];
+        assert_eq!(found.map(|bounds| bounds.lower), [0.0; 5]);
+        assert_eq!(found.map(|bounds| bounds.upper), [2.0, 3.0, 4.0, 5.0, 6.0]);
     }
 }

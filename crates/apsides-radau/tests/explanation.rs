@@ -40,6 +40,14 @@ impl PathFunction<2, 1, 1> for Push {
     }
 }
 
+/// The square of the distance from the middle of the way.
+struct Wall;
+impl PathFunction<1, 1, 1> for Wall {
+    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 1], _u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        [(x[0] - S::from(0.5)).square()]
+    }
+}
+
 struct Walk;
 impl Dynamics<1, 1> for Walk {
     fn rate<S: Scalar>(&self, _t: S, _x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
@@ -293,4 +301,27 @@ fn residuals_of_a_guess_by_name() {
     assert_eq!(worst[0].origin.name, "equation of motion of x");
     // On an interval of a quarter: dx/dtau = 1/8.
     assert!((worst[0].amount - 0.125).abs() < ROUNDING, "{worst:?}");
+}
+
+/// From one side of a wall to the other: points of a mesh leap over it, and a thinner wall is no help, as its middle has to be passed.
+#[test]
+fn leaps_between_points_are_no_remedy() {
+    let phase = Phase::new("walk", Walk)
+        .states([State::new("x", "m").starts_at(0.0).ends_at(1.0)])
+        .controls([Variable::new("v", "m/s").within(-1.0, 1.0)])
+        .final_time(Bounds::new(0.1, 3.0))
+        .path([Variable::new("wall", "m2").at_least(0.01)], Wall);
+    let ocp = fast(phase).unwrap();
+    let method = Radau::default();
+    let mesh = Mesh::uniform(&ocp, 10, 4).unwrap();
+    let e = method.explain(&ocp, &Guess::linear(&ocp), &mesh).unwrap();
+    for remedy in &e.remedies {
+        let r = &remedy.requirement;
+        match r.kind {
+            RequirementKind::Path => assert!(remedy.to < SMALL * 0.01, "{e}"),
+            RequirementKind::FinalState => assert!(remedy.to <= 0.4 + SOLVER, "{e}"),
+            RequirementKind::InitialState => assert!(remedy.to >= 0.6 - SOLVER, "{e}"),
+            _ => panic!("{e}"),
+        }
+    }
 }
