@@ -64,12 +64,18 @@ impl Certified {
 
     /// The same with what is known of a solve that found no feasible point: the requirements conflict where motions from several starts
     /// miss them by no less; from a single start, or without a conflict, no more is said than that nothing was found.
+    /// A solve that ended for another reason did not say so itself: it takes more starts, and what they do not agree on is not said.
     pub(super) fn with_true_status(mut self) -> Self {
         let is_certain = self.conflict.as_ref().is_some_and(Explanation::is_certain);
+        let agree = self.conflict.as_ref().is_some_and(|c| c.starts >= AGREED);
+        let conflicts = self.conflict.as_ref().is_some_and(|c| !c.conflicts.is_empty());
         self.solution.status = match self.solution.status {
             Status::Infeasible if !is_certain => Status::NoFeasiblePoint,
-            Status::RestorationFailed | Status::IterationLimit | Status::StepTooSmall if is_certain => {
-                Status::Infeasible
+            Status::RestorationFailed if is_certain => Status::Infeasible,
+            Status::IterationLimit | Status::StepTooSmall if is_certain && agree => Status::Infeasible,
+            status @ (Status::IterationLimit | Status::StepTooSmall) if conflicts => {
+                self.conflict = None;
+                status
             }
             status => status,
         };
@@ -79,6 +85,9 @@ impl Certified {
 
 /// Times the limit of a check by which a trajectory is not near what the check asks for: limits are a ten millionth of the scales.
 const BY_FAR: f64 = 1e4;
+
+/// Starts from which no motion misses requirements by less where the solve did not itself say that they conflict.
+const AGREED: usize = 3;
 
 /// Steps along an interval of a flight whose solve was ended before its end: one that needs more is far from any that is verified.
 const STEPS_OF_THE_UNFINISHED: usize = 2_000;
