@@ -805,6 +805,7 @@ OPTIMA = {
     "stages_without_a_coast": stages_without_a_coast,
     "staging": staging,
     "steps_beyond_the_end": lambda: least(lambda l: 12 / l**3 + l, 1, 5),
+    "store_empty_for_a_while": lambda: -0.75,
     "string_over_a_parabola": string_over_parabola,
     "string_over_a_wave": string_over_a_wave,
     "swing_of_many_turns": lambda: swing(30, 100),

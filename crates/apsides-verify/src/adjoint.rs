@@ -10,33 +10,36 @@
 //! other (G. J. Bierman, Factorization Methods for Discrete Sequential Estimation, Academic Press 1977). Multipliers of path
 //! constraints in which free controls occur follow from the costates point by point.
 //!
+//! Slopes in controls at their bounds and the multipliers of state bounds have a sign: inequalities, each of which counts by the square of what it is
+//! missed by. The sum of squares is convex, and Newton's method takes the missed ones as equations, pass by pass (O. L. Mangasarian, Journal
+//! of Optimization Theory and Applications 121 (2004) 1, doi 10.1023/B:JOTA.0000026128.34294.77).
+//!
 //! The conditions of an optimum ask for *some* costates that satisfy them. Found in this way they are held to the same checks as
 //! those that a trajectory states, so that a trajectory without costates, or with inaccurate ones, can be certified.
 
+mod chain;
+mod held;
 mod leg;
 mod triangle;
 
 use std::sync::Arc;
 
-use apsides_ocp::{
-    Bounds, EndpointInput, Ocp, Phase, PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Scaling, Segment,
-    Trajectory,
-};
+use apsides_ocp::{Bounds, EndpointInput, Ocp, PiecewisePolynomial, Scaling, Segment, Trajectory};
 
 use crate::VerifySettings;
 use crate::ends::{EndGradient, EndScales, Ends};
 use crate::equations::Equations;
 use crate::optimality::{self, Among};
 use crate::second_order::corners;
-use leg::{Leg, LegPoint, Legs};
+use chain::Chain;
+use held::Side;
+use leg::Legs;
 use triangle::Triangle;
 
-/// Weight of the end conditions against the stationarity at one node.
-const END_WEIGHT: f64 = 1e2;
-/// Weight of the adjoint equation.
-const ADJOINT_WEIGHT: f64 = 1e4;
 /// Weight of the stated costates, which decide where nothing else does.
 const PRIOR_WEIGHT: f64 = 1e-7;
+/// Passes over the inequalities, at most: each takes a triangulation of the whole.
+const PASSES: usize = 20;
 
 /// Unknowns that belong to no interval: multipliers of endpoint constraints, then of integrals.
 struct Globals {
@@ -71,7 +74,6 @@ pub(crate) fn with_costates(
     let scales = EndScales::new(ocp, scaling, settings);
     let globals = globals(ocp, trajectory, &ends, &scales, settings);
     let free_ends = FreeEnds::new(ocp, &ends, &scales, &globals, settings);
-    let mut shared = Triangle::new(0, globals.len());
     let mut chains = Vec::new();
     for (k, conditions) in conditions.iter_mut().enumerate() {
         let equations = Equations::new(ocp, k, &trajectory.parameters);
@@ -79,25 +81,23 @@ pub(crate) fn with_costates(
         let local = globals.integrals_of(k);
         let size = conditions.hamiltonian_size;
         let legs = Legs::new(equations, found, scaling, local, globals.len(), size, settings)?;
-        let mut chain = Chain {
-            index: k,
-            phase: &ocp.phases[k],
-            found,
-            scaling,
-            ends: &free_ends,
-            legs,
-            triangle: Triangle::new(ocp.phases[k].states.len(), globals.len()),
-            flown: Vec::new(),
-        };
-        chain.start();
-        chain.fly(&corners(conditions))?;
-        chain.end();
-        shared.add_remainder(chain.triangle.close()?);
-        chains.push(chain);
+        chains.push(Chain::new(k, &ocp.phases[k], found, scaling, &free_ends, legs, &corners(conditions))?);
     }
-    // Multipliers that nothing decides are zero.
-    shared.add_prior(PRIOR_WEIGHT);
-    let multipliers = shared.solve()?;
+    let mut multipliers = Vec::new();
+    for _ in 0..PASSES {
+        let mut shared = Triangle::new(0, globals.len());
+        for chain in &mut chains {
+            shared.add_remainder(chain.triangulate()?);
+        }
+        // Multipliers that nothing decides are zero.
+        shared.add_prior(PRIOR_WEIGHT);
+        multipliers = shared.solve()?;
+        let changed =
+            chains.iter_mut().map(|chain| chain.settle(&multipliers)).filter(|changed| *changed).count();
+        if changed == 0 {
+            break;
+        }
+    }
     let mut result = stated.clone();
     for (chain, phase) in chains.into_iter().zip(&mut result.phases) {
         chain.write(&multipliers, phase)?;
@@ -170,105 +170,12 @@ impl<'a> FreeEnds<'a> {
     }
 
     fn is_free(&self, input: EndpointInput, bounds: Bounds) -> bool {
-        let distance = -bounds.excess(self.ends.value(input));
-        !bounds.is_fixed() && distance > self.tolerance * self.scales.scale(input)
-    }
-}
-
-/// The intervals of one phase, joined one after the other.
-struct Chain<'a> {
-    index: usize,
-    phase: &'a Phase,
-    found: &'a PhaseTrajectory,
-    scaling: &'a PhaseScaling,
-    ends: &'a FreeEnds<'a>,
-    legs: Legs<'a>,
-    triangle: Triangle,
-    flown: Vec<Leg>,
-}
-
-impl Chain<'_> {
-    fn duration(&self) -> f64 {
-        self.found.final_time - self.found.initial_time
+        !bounds.is_fixed() && self.side(input, bounds).is_none()
     }
 
-    /// Conditions for the initial states and time.
-    fn start(&mut self) {
-        let states = self.phase.states.iter().enumerate();
-        for (i, bounds) in states.map(|(i, s)| (i, s.initial.intersect(&s.variable.bounds))) {
-            self.add_state(EndpointInput::InitialState { phase: self.index, state: i }, i, bounds, 1.0);
-        }
-        let input = EndpointInput::InitialTime { phase: self.index };
-        self.add_time(input, self.legs.first_point(), self.phase.initial_time, -1.0);
-    }
-
-    /// Conditions for the final states and time.
-    fn end(&mut self) {
-        let states = self.phase.states.iter().enumerate();
-        for (i, bounds) in states.map(|(i, s)| (i, s.terminal.intersect(&s.variable.bounds))) {
-            self.add_state(EndpointInput::FinalState { phase: self.index, state: i }, i, bounds, -1.0);
-        }
-        let input = EndpointInput::FinalTime { phase: self.index };
-        self.add_time(input, self.legs.last_point(), self.phase.final_time, 1.0);
-    }
-
-    /// The condition for a state at an end, if it is free there.
-    fn add_state(&mut self, input: EndpointInput, state: usize, bounds: Bounds, sign: f64) {
-        if self.ends.is_free(input, bounds) {
-            let row = self.unit(state, sign);
-            self.triangle.add_current(&row, &self.ends.row(input, self.scaling.states[state]), END_WEIGHT);
-        }
-    }
-
-    /// The condition for the Hamiltonian at an end, if its time is free and the duration too.
-    fn add_time(&mut self, input: EndpointInput, point: LegPoint, bounds: Bounds, sign: f64) {
-        let duration = self.duration();
-        let duration_is_free = self.phase.duration.excess(duration) < -self.ends.tolerance * duration;
-        if duration_is_free && self.ends.is_free(input, bounds) {
-            let (row, rest) = self.legs.hamiltonian(&point);
-            let end = self.ends.row(input, duration);
-            let rest: Vec<f64> = rest.iter().zip(&end).map(|(h, e)| e + sign * h * duration).collect();
-            let row: Vec<f64> = row.iter().map(|v| sign * v * duration).collect();
-            self.triangle.add_current(&row, &rest, END_WEIGHT);
-        }
-    }
-
-    /// Integrates the adjoint equation over each interval; the Hamiltonian is continuous at the corners.
-    fn fly(&mut self, corners: &[f64]) -> Option<()> {
-        let duration = self.duration();
-        let costate = self.found.costate.as_ref()?;
-        let breaks = self.found.control.breaks();
-        for segment in 0..breaks.len() - 1 {
-            let leg = self.legs.fly(segment)?;
-            if corners.contains(&breaks[segment]) {
-                let (row, rest) = self.legs.jump(segment);
-                let row: Vec<f64> = row.iter().map(|v| v * duration).collect();
-                let rest: Vec<f64> = rest.iter().map(|v| v * duration).collect();
-                self.triangle.add_current(&row, &rest, 1.0);
-            }
-            let mut prior = vec![0.0; self.phase.states.len()];
-            optimality::evaluate_piece(costate, breaks.len() - 1, segment, breaks[segment], &mut prior);
-            for (i, (prior, scale)) in prior.iter().zip(&self.scaling.states).enumerate() {
-                let mut rest = vec![0.0; self.ends.globals + 1];
-                rest[self.ends.globals] = -prior * scale;
-                let row = self.unit(i, 1.0);
-                self.triangle.add_current(&row, &rest, PRIOR_WEIGHT);
-            }
-            self.triangle.advance(&leg, ADJOINT_WEIGHT)?;
-            self.flown.push(leg);
-        }
-        Some(())
-    }
-
-    fn unit(&self, state: usize, sign: f64) -> Vec<f64> {
-        let mut row = vec![0.0; self.phase.states.len()];
-        row[state] = sign;
-        row
-    }
-
-    fn write(mut self, multipliers: &[f64], phase: &mut PhaseTrajectory) -> Option<()> {
-        let ends = self.triangle.back(multipliers);
-        self.legs.write(&self.flown, &ends, multipliers, phase)
+    /// The bound that an end quantity is at.
+    fn side(&self, input: EndpointInput, bounds: Bounds) -> Option<Side> {
+        Side::of(self.ends.value(input), &bounds, self.tolerance * self.scales.scale(input))
     }
 }
 

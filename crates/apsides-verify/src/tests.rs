@@ -16,6 +16,7 @@ mod non_minima;
 mod parts;
 mod path;
 mod sampled;
+mod store;
 mod touching_switches;
 mod unstable_plant;
 mod wells_beside_wide_controls;

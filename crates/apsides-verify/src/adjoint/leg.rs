@@ -1,7 +1,7 @@
 //! The adjoint equation over the intervals of a phase, for every value at their ends.
 //!
-//! A costate in an interval is linear in the costate at its end, in the multipliers of integrals and in one: a matrix over
-//! `[end, shared, 1]`, each quantity times or divided by its scale.
+//! A costate in an interval is linear in the costate at its end, in those of states at their bounds at its nodes ([`mod@super::held`]), in the
+//! multipliers of integrals and in one: a matrix over `[inner, end, shared, 1]`, each quantity times or divided by its scale.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -11,6 +11,7 @@ use apsides_ocp::{PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Segment};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
 use nalgebra::DMatrix;
 
+use super::held::{ADJOINT_WEIGHT, Course, Held, Row, Side, driven};
 use crate::VerifySettings;
 use crate::boundary::row_scales;
 use crate::equations::Equations;
@@ -23,13 +24,11 @@ const END: f64 = 1e-9;
 
 /// One interval.
 pub(super) struct Leg {
-    /// Costates at the start.
-    pub(super) start: DMatrix<f64>,
-    /// States at a bound, whose costates the adjoint equation does not determine.
-    pub(super) held: Vec<bool>,
-    /// Slopes of the Lagrangian in the free controls at the nodes, to be zero.
-    pub(super) stationarity: Vec<Vec<f64>>,
-    /// Costates at the nodes of the states.
+    /// Number of the inner unknowns.
+    pub(super) inner: usize,
+    /// The conditions over `[costates before the start, inner, end, shared, 1]`.
+    pub(super) rows: Vec<Row>,
+    /// Costates at the nodes of the states, over `[inner, end, shared, 1]`.
     nodes: Vec<DMatrix<f64>>,
     /// Multipliers of the path rows that follow from the costates, at the nodes of the controls.
     multipliers: Vec<(usize, usize, Vec<f64>)>,
@@ -175,28 +174,52 @@ impl<'a> Legs<'a> {
         (row, rest)
     }
 
-    /// The jump of the Hamiltonian at the start of an interval.
-    pub(super) fn jump(&mut self, segment: usize) -> (Vec<f64>, Vec<f64>) {
+    /// The jump of the Hamiltonian at the start of an interval, over the unknowns of its rows.
+    fn jump(&mut self, segment: usize, course: &Course) -> Vec<f64> {
+        let nx = self.equations.nx;
         let t = self.found.control.breaks()[segment];
         let (before, rest_before) = self.hamiltonian(&(segment - 1, t));
         let (after, rest_after) = self.hamiltonian(&(segment, t));
-        let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
-        (less(&after, &before), less(&rest_after, &rest_before))
+        let mut row = self.row_of(course);
+        for i in 0..nx {
+            row[i] -= before[i];
+            let at_start = course.held.iter().find(|h| h.state == i).map_or(i, |h| nx + h.first);
+            row[at_start] += after[i];
+        }
+        let rest = row.len() - rest_after.len();
+        for (entry, (after, before)) in row[rest..].iter_mut().zip(rest_after.iter().zip(&rest_before)) {
+            *entry = after - before;
+        }
+        row.iter_mut().for_each(|v| *v *= self.duration);
+        row
     }
 
-    /// Integrates the adjoint equation over an interval; none if that fails.
-    pub(super) fn fly(&mut self, segment: usize) -> Option<Leg> {
-        let (nx, nu) = (self.equations.nx, self.equations.nu);
-        let nc = nx + self.local.len() + 1;
+    /// Zeros over the unknowns of the rows of an interval.
+    fn row_of(&self, course: &Course) -> Vec<f64> {
+        vec![0.0; 2 * self.equations.nx + course.inner() + self.shared + 1]
+    }
+
+    fn course(&mut self, segment: usize, free_at: &[Vec<usize>]) -> Course {
+        let control_nodes: Vec<f64> = self.found.control.node_times(segment).collect();
+        let always: Vec<usize> =
+            (0..self.equations.nu).filter(|j| free_at.iter().all(|f| f.contains(j))).collect();
+        let followed = self.followed_rows(segment, &control_nodes, &always);
+        let given = (0..self.row_scales.len()).filter(|r| !followed.contains(r)).collect();
+        Course { given, followed, always, held: self.held(segment) }
+    }
+
+    /// Integrates the adjoint equation over an interval; none if that fails. At a corner of the controls at its start the Hamiltonian is continuous.
+    pub(super) fn fly(&mut self, segment: usize, starts_at_corner: bool) -> Option<Leg> {
+        let nx = self.equations.nx;
         let breaks = self.found.control.breaks();
         let (a, b) = (breaks[segment], breaks[segment + 1]);
         let control_nodes: Vec<f64> = self.found.control.node_times(segment).collect();
         let state_nodes: Vec<f64> = self.found.state.node_times(segment).collect();
         let free_at: Vec<Vec<usize>> =
             control_nodes.iter().map(|t| self.free_controls((segment, *t))).collect();
-        let always: Vec<usize> = (0..nu).filter(|j| free_at.iter().all(|f| f.contains(j))).collect();
-        let followed = self.followed_rows(segment, &control_nodes, &always);
-        let given: Vec<usize> = (0..self.row_scales.len()).filter(|r| !followed.contains(r)).collect();
+        let course = self.course(segment, &free_at);
+        let inner = course.inner();
+        let nc = nx + inner + self.local.len() + 1;
 
         // From the end back to each time of interest.
         let mut times: Vec<f64> = control_nodes.iter().chain(&state_nodes).copied().chain([a, b]).collect();
@@ -212,8 +235,9 @@ impl<'a> Legs<'a> {
             ..OdeSettings::default()
         };
         let mut integrator = Integrator::new(nx * nc, settings).ok()?;
+        // Of a state at its bound the integral of what its equation says is kept, from the end.
         let mut y = vec![0.0; nx * nc];
-        for i in 0..nx {
+        for i in (0..nx).filter(|i| course.held.iter().all(|h| h.state != *i)) {
             y[i * nc + i] = 1.0 / self.scaling.states[i];
         }
         let mut solution: Vec<(f64, Vec<f64>)> = Vec::new();
@@ -222,9 +246,9 @@ impl<'a> Legs<'a> {
             let mut next = y.clone();
             if t < at {
                 let this = RefCell::new(&mut *self);
-                let (given, followed, always) = (&given, &followed, &always);
+                let course = &course;
                 let system = FnSystem::new(nx * nc, |t: f64, y: &[f64], rate: &mut [f64]| {
-                    this.borrow_mut().adjoint_rate((segment, t), y, given, followed, always, rate);
+                    this.borrow_mut().adjoint_rate((segment, t), y, course, rate);
                 });
                 let summary = integrator.integrate(&system, at, &y, t, &mut next).ok()?;
                 if summary.status != Status::Completed {
@@ -236,55 +260,138 @@ impl<'a> Legs<'a> {
             solution.push((t, y.clone()));
         }
         let value = |t: f64| solution.iter().find(|(s, _)| *s == t).map(|(_, y)| y.clone());
-        let start = self.expand(&value(a)?);
-        let nodes = state_nodes.iter().map(|t| value(*t).map(|y| self.expand(&y))).collect::<Option<_>>()?;
-        let (mut stationarity, mut multipliers) = (Vec::new(), Vec::new());
+        let integrals: Vec<DMatrix<f64>> =
+            state_nodes.iter().map(|t| value(*t).map(|y| self.expand(&y, inner))).collect::<Option<_>>()?;
+        let start = self.expand(&value(a)?, inner);
+        let mut rows = self.costate_rows(&course, &start, &integrals);
+        let mut multipliers = Vec::new();
         for (n, t) in control_nodes.iter().enumerate() {
-            let y = value(*t)?;
-            let local = self.local_at((segment, *t), &given);
-            let slopes = self.control_slopes(&local, &y);
-            let rows = self.row_gradients((segment, *t), &followed);
-            let mu = multipliers_of(&rows, &slopes, nx, &always);
-            for &j in &free_at[n] {
-                let mut row = slopes[j].clone();
-                for (r, gradient) in rows.iter().enumerate() {
-                    row.iter_mut().zip(&mu[r]).for_each(|(s, m)| *s += m * gradient[nx + j]);
+            let lambda = self.with_held(&course, (segment, *t), &value(*t)?);
+            let local = self.local_at((segment, *t), &course.given);
+            let slopes = self.control_slopes(&local, &lambda);
+            let gradients = self.row_gradients((segment, *t), &course.followed);
+            let mu = multipliers_of(&gradients, &slopes, nx, &course.always);
+            for (j, slope) in slopes.into_iter().enumerate() {
+                let mut row = slope;
+                for (gradient, mu) in gradients.iter().zip(&mu) {
+                    row.iter_mut().zip(mu).for_each(|(s, m)| *s += m * gradient[nx + j]);
                 }
-                let factor = self.scaling.controls[j] * self.duration;
-                stationarity.push(self.expand_row(&row).into_iter().map(|v| v * factor).collect());
+                rows.extend(self.stationarity((segment, *t), j, &self.expand_row(&row, inner), &free_at[n]));
             }
-            for (r, row) in followed.iter().zip(&mu) {
-                multipliers.push((n, *r, self.expand_row(row)));
+            for (r, row) in course.followed.iter().zip(&mu) {
+                multipliers.push((n, *r, self.expand_row(row, inner)));
             }
         }
-        let held = self.held(segment);
-        Some(Leg { start, held, stationarity, nodes, multipliers })
+        if starts_at_corner {
+            rows.push(Row::equation(self.jump(segment, &course), 1.0));
+        }
+        let times = state_nodes.iter();
+        let nodes = times
+            .map(|t| value(*t).map(|y| self.expand(&self.with_held(&course, (segment, *t), &y), inner)))
+            .collect::<Option<_>>()?;
+        Some(Leg { inner, rows, nodes, multipliers })
+    }
+
+    /// The slope of the Lagrangian in a control at a node, over `[inner, end, shared, 1]`, is zero where it is free, and else pushes it against its bound.
+    fn stationarity(
+        &self,
+        (segment, t): LegPoint,
+        control: usize,
+        slope: &[f64],
+        free: &[usize],
+    ) -> Option<Row> {
+        let bounds = self.equations.phase.controls[control].bounds;
+        let factor = self.scaling.controls[control] * self.duration;
+        let before = vec![0.0; self.equations.nx];
+        let row = |sign: f64| before.iter().copied().chain(slope.iter().map(|v| sign * factor * v)).collect();
+        if free.contains(&control) {
+            return Some(Row::equation(row(1.0), 1.0));
+        }
+        if bounds.is_fixed() {
+            return None;
+        }
+        let mut u = vec![0.0; self.equations.nu];
+        self.found.control.evaluate_in(segment, t, &mut u);
+        let side = Side::of(u[control], &bounds, self.activity * self.scaling.controls[control])?;
+        Some(Row::at_least_zero(row(-side.sign()), 1.0))
+    }
+
+    /// Joins the costates before the start of an interval with those at its end, from the integrals of what the equation says at each node.
+    fn costate_rows(&self, course: &Course, start: &DMatrix<f64>, integrals: &[DMatrix<f64>]) -> Vec<Row> {
+        let nx = self.equations.nx;
+        let mut rows = Vec::new();
+        for i in (0..nx).filter(|i| course.held.iter().all(|h| h.state != *i)) {
+            let mut row = self.row_of(course);
+            row[i] = 1.0;
+            row[nx..].iter_mut().zip(start.row(i).iter()).for_each(|(entry, v)| *entry = -v);
+            rows.push(Row::equation(row, ADJOINT_WEIGHT));
+        }
+        for held in &course.held {
+            let last = held.sides.len() - 1;
+            let column = |n: usize| nx + if n < last { held.first + n } else { course.inner() + held.state };
+            let mut jump = self.row_of(course);
+            jump[held.state] = 1.0;
+            jump[column(0)] -= 1.0;
+            rows.extend(driven(jump, held.sides[0]));
+            for n in 0..last {
+                // The part of the integral between the nodes is what the equation adds.
+                let mut row = self.row_of(course);
+                let (from, to) = (integrals[n].row(held.state), integrals[n + 1].row(held.state));
+                row[nx..]
+                    .iter_mut()
+                    .zip(to.iter().zip(from.iter()))
+                    .for_each(|(e, (to, from))| *e = to - from);
+                row[column(n)] += 1.0;
+                row[column(n + 1)] -= 1.0;
+                rows.extend(driven(row, held.driven(n)));
+            }
+        }
+        rows
+    }
+
+    /// The columns of all costates at a point of an interval, of those that follow their equation as given.
+    fn with_held(&self, course: &Course, (segment, t): LegPoint, y: &[f64]) -> Vec<f64> {
+        let nc = y.len() / self.equations.nx;
+        let mut lambda = y.to_vec();
+        if course.held.is_empty() {
+            return lambda;
+        }
+        let breaks = self.found.control.breaks();
+        let (a, b) = (breaks[segment], breaks[segment + 1]);
+        let basis = &self.found.state.segments()[segment].basis;
+        let mut weights = vec![0.0; basis.nodes().len()];
+        basis.basis(((t - a) - (b - t)) / (b - a), &mut weights);
+        for held in &course.held {
+            let row = &mut lambda[held.state * nc..(held.state + 1) * nc];
+            row.fill(0.0);
+            let last = weights.len() - 1;
+            for (n, weight) in weights.iter().enumerate() {
+                // Columns of a solution have the end first.
+                let column = if n < last { self.equations.nx + held.first + n } else { held.state };
+                row[column] = weight / self.scaling.states[held.state];
+            }
+        }
+        lambda
     }
 
     /// `-H_x - mu . c_x` of every column.
-    fn adjoint_rate(
-        &mut self,
-        point: LegPoint,
-        y: &[f64],
-        given: &[usize],
-        followed: &[usize],
-        always: &[usize],
-        rate: &mut [f64],
-    ) {
+    fn adjoint_rate(&mut self, point: LegPoint, y: &[f64], course: &Course, rate: &mut [f64]) {
         let nx = self.equations.nx;
         let nc = y.len() / nx;
         let width = self.equations.width();
-        let local = self.local_at(point, given);
+        let local = self.local_at(point, &course.given);
+        let lambda = self.with_held(course, point, y);
+        let costates = nc - local.sources.len();
         for i in 0..nx {
             for c in 0..nc {
-                let through: f64 = (0..nx).map(|k| local.jacobian[k * width + i] * y[k * nc + c]).sum();
-                let source = if c < nx { 0.0 } else { local.sources[c - nx][i] };
+                let through: f64 = (0..nx).map(|k| local.jacobian[k * width + i] * lambda[k * nc + c]).sum();
+                let source = if c < costates { 0.0 } else { local.sources[c - costates][i] };
                 rate[i * nc + c] = -(through + source);
             }
         }
-        if !followed.is_empty() {
-            let rows = self.row_gradients(point, followed);
-            let mu = multipliers_of(&rows, &self.control_slopes(&local, y), nx, always);
+        if !course.followed.is_empty() {
+            let rows = self.row_gradients(point, &course.followed);
+            let mu = multipliers_of(&rows, &self.control_slopes(&local, &lambda), nx, &course.always);
             for (gradient, mu) in rows.iter().zip(&mu) {
                 for i in 0..nx {
                     for c in 0..nc {
@@ -299,9 +406,10 @@ impl<'a> Legs<'a> {
     fn control_slopes(&self, local: &Local, y: &[f64]) -> Vec<Vec<f64>> {
         let (nx, nu, width) = (self.equations.nx, self.equations.nu, self.equations.width());
         let nc = y.len() / nx;
+        let costates = nc - local.sources.len();
         let slope = |j: usize, c: usize| {
             let through: f64 = (0..nx).map(|k| local.jacobian[k * width + nx + j] * y[k * nc + c]).sum();
-            through + if c < nx { 0.0 } else { local.sources[c - nx][nx + j] }
+            through + if c < costates { 0.0 } else { local.sources[c - costates][nx + j] }
         };
         (0..nu).map(|j| (0..nc).map(|c| slope(j, c)).collect()).collect()
     }
@@ -357,31 +465,41 @@ impl<'a> Legs<'a> {
     }
 
     /// States that touch a bound in an interval, ends of the phase apart.
-    fn held(&self, segment: usize) -> Vec<bool> {
+    fn held(&self, segment: usize) -> Vec<Held> {
         let (t0, tf) = (self.found.initial_time, self.found.final_time);
         let inner = END * (tf - t0);
-        let breaks = &self.found.control.breaks()[segment..segment + 2];
-        let mut held = vec![false; self.equations.nx];
+        let nodes: Vec<f64> = self.found.state.node_times(segment).collect();
+        let places = self.found.state.segments()[segment].basis.nodes();
+        if places.first() != Some(&-1.0) || places.last() != Some(&1.0) {
+            return Vec::new();
+        }
+        let mut first = 0;
+        let mut all = Vec::new();
         let mut x = vec![0.0; self.equations.nx];
-        for t in self.found.state.node_times(segment).chain(breaks.iter().copied()) {
-            if t <= t0 + inner || t >= tf - inner {
-                continue;
-            }
-            self.found.state.evaluate_in(segment, t, &mut x);
-            for (i, state) in self.equations.phase.states.iter().enumerate() {
-                held[i] |= state.variable.bounds.excess(x[i]) >= -self.activity * self.scaling.states[i];
+        for (i, state) in self.equations.phase.states.iter().enumerate() {
+            let side = |t: &f64| {
+                if *t <= t0 + inner || *t >= tf - inner {
+                    return None;
+                }
+                self.found.state.evaluate_in(segment, *t, &mut x);
+                Side::of(x[i], &state.variable.bounds, self.activity * self.scaling.states[i])
+            };
+            let sides: Vec<Option<Side>> = nodes.iter().map(side).collect();
+            if sides.iter().any(Option::is_some) {
+                all.push(Held { state: i, sides, first });
+                first += nodes.len() - 1;
             }
         }
-        held
+        all
     }
 
-    /// A solution as a matrix of scaled costates over `[end, shared, 1]`.
-    fn expand(&self, y: &[f64]) -> DMatrix<f64> {
+    /// A solution as a matrix of scaled costates over `[inner, end, shared, 1]`.
+    fn expand(&self, y: &[f64], inner: usize) -> DMatrix<f64> {
         let nx = self.equations.nx;
         let nc = y.len() / nx;
-        let mut matrix = DMatrix::zeros(nx, nx + self.shared + 1);
+        let mut matrix = DMatrix::zeros(nx, inner + nx + self.shared + 1);
         for i in 0..nx {
-            let row = self.expand_row(&y[i * nc..(i + 1) * nc]);
+            let row = self.expand_row(&y[i * nc..(i + 1) * nc], inner);
             for (c, v) in row.into_iter().enumerate() {
                 matrix[(i, c)] = v * self.scaling.states[i];
             }
@@ -389,23 +507,24 @@ impl<'a> Legs<'a> {
         matrix
     }
 
-    /// A row over `[end, integrals of the phase, 1]` as one over `[end, shared, 1]`.
-    fn expand_row(&self, row: &[f64]) -> Vec<f64> {
+    /// A row over `[end, inner, integrals of the phase, 1]` as one over `[inner, end, shared, 1]`.
+    fn expand_row(&self, row: &[f64], inner: usize) -> Vec<f64> {
         let nx = self.equations.nx;
-        let mut full = vec![0.0; nx + self.shared + 1];
-        full[..nx].copy_from_slice(&row[..nx]);
+        let mut full = vec![0.0; inner + nx + self.shared + 1];
+        full[..inner].copy_from_slice(&row[nx..nx + inner]);
+        full[inner..inner + nx].copy_from_slice(&row[..nx]);
         for (l, (g, _)) in self.local.iter().enumerate() {
-            full[nx + g] = row[nx + l];
+            full[inner + nx + g] = row[nx + inner + l];
         }
-        full[nx + self.shared] = row[nx + self.local.len()];
+        full[inner + nx + self.shared] = row[nx + inner + self.local.len()];
         full
     }
 
-    /// Writes costates and path multipliers into a phase, from the costates at the interval ends and the shared unknowns.
+    /// Writes costates and path multipliers into a phase, from the unknowns `[current, inner]` of the intervals and the shared ones.
     pub(super) fn write(
         &mut self,
         legs: &[Leg],
-        ends: &[Vec<f64>],
+        found: &[Vec<f64>],
         shared: &[f64],
         phase: &mut PhaseTrajectory,
     ) -> Option<()> {
@@ -414,7 +533,8 @@ impl<'a> Legs<'a> {
         let mut multipliers = self.found.path_multipliers.clone().map(|p| p.segments().to_vec());
         let rows = self.row_scales.len();
         for (k, leg) in legs.iter().enumerate() {
-            let unknowns: Vec<f64> = ends[k + 1].iter().chain(shared).copied().chain([1.0]).collect();
+            let (inner, end) = (&found[k][nx..], &found[k + 1][..nx]);
+            let unknowns: Vec<f64> = inner.iter().chain(end).chain(shared).copied().chain([1.0]).collect();
             let basis: &Arc<Barycentric> = &self.found.state.segments()[k].basis;
             let mut values = Vec::with_capacity(leg.nodes.len() * nx);
             for node in &leg.nodes {

@@ -1,11 +1,6 @@
-//! Least squares along a chain: unknowns of one interval end after the other, and unknowns shared by all.
+//! Least squares along a chain: unknowns of one interval after the other, and unknowns shared by all.
 
 use nalgebra::DMatrix;
-
-use super::leg::Leg;
-
-/// Weight of the adjoint equation of a state at its bound.
-const HELD_WEIGHT: f64 = 1e-4;
 
 /// Equations over `[current, shared | constant]`, each of which is to be zero, and the triangular systems already made of them.
 pub(super) struct Triangle {
@@ -13,8 +8,9 @@ pub(super) struct Triangle {
     shared: usize,
     /// Rows over `[current, shared, constant]`.
     rows: Vec<Vec<f64>>,
-    /// Triangular systems over `[current, next, shared, constant]`; the last over `[current, shared, constant]`.
-    done: Vec<DMatrix<f64>>,
+    /// Triangular systems over `[current, inner, next, shared, constant]`, each with the number of its first two kinds; the last over
+    /// `[current, shared, constant]`.
+    done: Vec<(usize, DMatrix<f64>)>,
 }
 
 impl Triangle {
@@ -22,9 +18,9 @@ impl Triangle {
         Self { nx, shared, rows: Vec::new(), done: Vec::new() }
     }
 
-    /// Adds `row . current + rest . [shared, 1] = 0`.
-    pub(super) fn add_current(&mut self, row: &[f64], rest: &[f64], weight: f64) {
-        self.rows.push(row.iter().chain(rest).map(|v| v * weight).collect());
+    /// Adds an equation over `[current, shared, 1]`.
+    pub(super) fn add_current(&mut self, row: &[f64], weight: f64) {
+        self.rows.push(row.iter().map(|v| v * weight).collect());
     }
 
     /// Adds rows over `[shared, constant]`.
@@ -41,31 +37,23 @@ impl Triangle {
         }
     }
 
-    /// Goes over an interval: `current` becomes the unknown at its end. None when an equation is not finite.
-    pub(super) fn advance(&mut self, leg: &Leg, weight: f64) -> Option<()> {
+    /// Goes over an interval with further unknowns inside, by equations over `[current, inner, next, shared, 1]`: `current` becomes the unknown at its
+    /// end. None when an equation is not finite.
+    pub(super) fn advance(&mut self, inner: usize, equations: impl Iterator<Item = Vec<f64>>) -> Option<()> {
         let (nx, ns) = (self.nx, self.shared);
-        let width = 2 * nx + ns + 1;
+        let width = 2 * nx + inner + ns + 1;
         let mut rows: Vec<Vec<f64>> = std::mem::take(&mut self.rows)
             .into_iter()
-            .map(|r| r[..nx].iter().copied().chain(vec![0.0; nx]).chain(r[nx..].iter().copied()).collect())
+            .map(|r| {
+                let zeros = vec![0.0; inner + nx];
+                r[..nx].iter().copied().chain(zeros).chain(r[nx..].iter().copied()).collect()
+            })
             .collect();
-        for i in 0..nx {
-            // The value at the start less what the end leads back to; at a bound its multiplier is rather zero than not.
-            let weight = if leg.held[i] { HELD_WEIGHT } else { weight };
-            let mut row = vec![0.0; width];
-            row[i] = weight;
-            for (entry, v) in row[nx..].iter_mut().zip(leg.start.row(i).iter()) {
-                *entry = -weight * v;
-            }
-            rows.push(row);
-        }
-        for row in &leg.stationarity {
-            rows.push(vec![0.0; nx].into_iter().chain(row.iter().copied()).collect());
-        }
+        rows.extend(equations);
         let mut triangle = triangulate(rows, width)?;
-        let keep = triangle.len().min(nx);
-        self.rows = triangle.split_off(keep).into_iter().map(|r| r[nx..].to_vec()).collect();
-        self.done.push(matrix(&triangle, width));
+        let keep = triangle.len().min(nx + inner);
+        self.rows = triangle.split_off(keep).into_iter().map(|r| r[nx + inner..].to_vec()).collect();
+        self.done.push((nx + inner, matrix(&triangle, width)));
         Some(())
     }
 
@@ -75,7 +63,7 @@ impl Triangle {
         let mut triangle = triangulate(std::mem::take(&mut self.rows), width)?;
         let keep = triangle.len().min(self.nx);
         let left = triangle.split_off(keep).into_iter().map(|r| r[self.nx..].to_vec()).collect();
-        self.done.push(matrix(&triangle, width));
+        self.done.push((self.nx, matrix(&triangle, width)));
         Some(left)
     }
 
@@ -87,18 +75,14 @@ impl Triangle {
         Some(substitute(&triangle, self.shared, &[1.0]))
     }
 
-    /// The unknowns at all interval ends, from the first to the last.
+    /// The unknowns `[current, inner]` of all intervals, from the first to the last, and those at the end.
     pub(super) fn back(&self, shared: &[f64]) -> Vec<Vec<f64>> {
-        let mut known: Vec<f64> = shared.iter().copied().chain([1.0]).collect();
-        let mut all = Vec::with_capacity(self.done.len());
-        for (k, triangle) in self.done.iter().rev().enumerate() {
-            let current = substitute(triangle, self.nx, &known);
-            all.push(current.clone());
-            if k == 0 {
-                known = current.into_iter().chain(known).collect();
-            } else {
-                known.splice(..self.nx, current);
-            }
+        let shared: Vec<f64> = shared.iter().copied().chain([1.0]).collect();
+        let mut all: Vec<Vec<f64>> = Vec::with_capacity(self.done.len());
+        for (unknowns, triangle) in self.done.iter().rev() {
+            let next = all.last().map_or(&[][..], |v| &v[..self.nx]);
+            let known: Vec<f64> = next.iter().chain(&shared).copied().collect();
+            all.push(substitute(triangle, *unknowns, &known));
         }
         all.reverse();
         all
