@@ -60,6 +60,13 @@ pub(crate) enum CostateRemedy {
     Mesh,
 }
 
+impl CostateRemedy {
+    /// This one, or else the exact solution if that is wanted.
+    pub(crate) fn or_exact(self, is_wanted: bool) -> Self {
+        if self == Self::Nothing && is_wanted { Self::ExactSolution } else { self }
+    }
+}
+
 impl CostateMeshes {
     /// The remedy for costates of a solution, which is the exact one of its mesh or not; for another mesh the errors of the intervals with
     /// inaccurate costates are raised.

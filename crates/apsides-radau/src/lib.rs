@@ -62,6 +62,7 @@ mod activity;
 mod along;
 mod arc_rates;
 mod attempts;
+mod blur;
 mod boundary_arcs;
 mod bounds;
 mod breaks;

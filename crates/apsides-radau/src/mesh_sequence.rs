@@ -10,6 +10,7 @@ use apsides_ocp::{ArcKind, Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unm
 use apsides_transcription::Workers;
 
 use crate::RadauError;
+use crate::blur::is_blurred;
 use crate::costate_error::{CostateMeshes, CostateRemedy, TELLING};
 use crate::crossing::{with_forced, with_times};
 use crate::events::{Events, FoundEvents};
@@ -499,9 +500,12 @@ impl<'a> MeshSequence<'a> {
     ) -> Result<CostateRemedy, RadauError> {
         let (ocp, settings) = (self.ocp, self.settings);
         let (is_accurate, error) = (solve.is_accurate(settings), solve.estimate.error);
+        let wants_exact = finished && !self.is_exact && settings.costate_tolerance.is_finite();
+        let is_blurred = wants_exact && is_blurred(ocp, solve);
         let (scaling, trajectory) = (&solve.nlp.quantity_scales, &mut solve.trajectory);
         if finished {
-            return self.costates.remedy(ocp, scaling, settings, self.is_exact, trajectory);
+            let remedy = self.costates.remedy(ocp, scaling, settings, self.is_exact, trajectory)?;
+            return Ok(remedy.or_exact(is_blurred));
         }
         let are_telling = error <= TELLING && self.is_settled && !holds_rows(&self.attempt.mesh);
         if are_telling && !is_accurate {
