@@ -34,7 +34,7 @@ impl Guess {
     }
 
     /// The guess, bent around what path constraints of states and time alone forbid along it: the least bend that is clear of all of them, and
-    /// the least one to the other side. None where nothing is forbidden along the guess, or nothing is found that is clear.
+    /// the least one to the other side, in one or two times each. None where nothing is forbidden along the guess, or nothing is found that is clear.
     #[must_use]
     pub fn around(&self, ocp: &Ocp) -> Vec<Self> {
         let scaling = Scaling::new(ocp, self);
@@ -182,7 +182,8 @@ impl<'a> Blocked<'a> {
         self.forbidding.iter().all(|f| fractions().all(|fraction| self.excess(f, fraction, bend) <= INSIDE))
     }
 
-    /// The guess with the least bend that is clear, and with the least one to the other side.
+    /// The guess with the least bend that is clear, and with the least one to the other side: in the time of their ways, and in that of the guess where
+    /// it is another one.
     fn ways_around(&self) -> Vec<PhaseGuess> {
         let mut clear: Vec<(f64, Vec<f64>)> = Vec::new();
         for (waves, most) in (1..).zip(BENDS) {
@@ -203,10 +204,14 @@ impl<'a> Blocked<'a> {
             least.is_some_and(|least| bend.iter().zip(least).map(|(a, b)| a * b).sum::<f64>() < 0.0)
         };
         let other = clear.iter().map(|(_, bend)| bend).find(is_other);
-        let bent = |bend: &Vec<f64>| {
-            self.in_time(self.guess.with_samples(POINTS, |fraction, x, _| self.bend(fraction, bend, x)))
-        };
-        least.into_iter().chain(other).map(bent).collect()
+        let bent =
+            |bend: &Vec<f64>| self.guess.with_samples(POINTS, |fraction, x, _| self.bend(fraction, bend, x));
+        let sides: Vec<PhaseGuess> = least.into_iter().chain(other).map(bent).collect();
+        let sooner: Vec<PhaseGuess> = sides.iter().cloned().map(|side| self.in_time(side)).collect();
+        let changed = |(side, sooner): &(PhaseGuess, &PhaseGuess)| side.final_time != sooner.final_time;
+        let late: Vec<PhaseGuess> =
+            sides.into_iter().zip(&sooner).filter(changed).map(|(side, _)| side).collect();
+        sooner.into_iter().chain(late).collect()
     }
 
     /// A bent guess in the time that its way takes at the speed that the equations of motion have along it, where the time is free and that is
@@ -329,9 +334,9 @@ mod tests {
         guess.phases[0] =
             PhaseGuess::samples(&[0.0, 9.0], vec![vec![0.0, 0.0], vec![4.0, 0.0]], vec![vec![1.0, 0.0]; 2])
                 .expect("a guess");
-        for way in guess.around(&ocp) {
-            assert!((4.0..8.0).contains(&way.phases[0].final_time), "{}", way.phases[0].final_time);
-        }
+        let times: Vec<f64> = guess.around(&ocp).iter().map(|way| way.phases[0].final_time).collect();
+        assert!(times.len() == 4 && times[..2].iter().all(|time| (4.0..8.0).contains(time)), "{times:?}");
+        assert_eq!(times[2..], [9.0; 2]);
         // Where nothing moves the time is that of the guess.
         guess.phases[0] =
             PhaseGuess::samples(&[0.0, 9.0], vec![vec![0.0, 0.0], vec![4.0, 0.0]], vec![vec![0.0, 0.0]; 2])
