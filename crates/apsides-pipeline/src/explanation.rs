@@ -17,7 +17,7 @@ pub struct ExplanationSummary {
     /// The requirements that conflict, those of values that replace the mission's own first, then those of
     /// other keys. Relaxing all by their amounts restores feasibility.
     pub conflicts: Vec<ConflictSummary>,
-    /// Each of these relaxations alone restores feasibility; in the same order.
+    /// Each of these relaxations alone restores feasibility, as far as is said of it; in the same order.
     pub remedies: Vec<RemedySummary>,
     /// A sentence on what is missing besides, where the kind of mission has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -57,7 +57,7 @@ pub struct ConflictSummary {
     pub relaxed_to: Option<f64>,
 }
 
-/// A relaxation that alone restores feasibility.
+/// A relaxation that alone restores feasibility, on a mesh at least.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RemedySummary {
     /// The requirement.
@@ -65,6 +65,9 @@ pub struct RemedySummary {
     pub requirement: RequirementSummary,
     /// The bound with which the mission can be flown.
     pub relaxed_to: f64,
+    /// True if an accurate flight shows that; else the bound is an estimate of a mesh, which may not be enough.
+    #[serde(default)]
+    pub shown: bool,
 }
 
 impl ExplanationSummary {
@@ -81,6 +84,7 @@ impl ExplanationSummary {
         let remedy = |m: &Remedy| RemedySummary {
             requirement: RequirementSummary::new(&m.requirement),
             relaxed_to: m.to,
+            shown: m.shown,
         };
         Self {
             conflicts: explanation.conflicts.iter().map(conflict).collect(),
@@ -116,7 +120,7 @@ pub(crate) fn in_keys(explanation: &Explanation, values: &Values, datum: Option<
     };
     let remedy = |m: &Remedy| {
         let (requirement, unit) = worded(&m.requirement, values, datum);
-        Remedy { requirement, to: unit.of(m.to) }
+        Remedy { requirement, to: unit.of(m.to), shown: m.shown }
     };
     let mut conflicts: Vec<_> = explanation.conflicts.iter().map(conflict).collect();
     let mut remedies: Vec<_> = explanation.remedies.iter().map(remedy).collect();
@@ -136,7 +140,7 @@ pub(crate) fn in_keys(explanation: &Explanation, values: &Values, datum: Option<
     if let Some(first) = remedies.first()
         && conflicts.first().is_some_and(|c| rank(&first.requirement) < rank(&c.requirement))
     {
-        let Remedy { requirement, to } = first.clone();
+        let Remedy { requirement, to, .. } = first.clone();
         let amount = (to - requirement.limit).abs();
         conflicts = vec![Conflict { requirement, amount, at: None, time_unit: String::new() }];
     }

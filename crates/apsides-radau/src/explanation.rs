@@ -32,13 +32,15 @@ pub struct Conflict {
     pub time_unit: String,
 }
 
-/// A requirement whose relaxation alone restores feasibility.
+/// A requirement whose relaxation alone restores feasibility, on a mesh at least.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remedy {
     /// The requirement; its bound now is `requirement.limit`.
     pub requirement: Requirement,
-    /// A bound with which the problem is feasible, in its unit: the nearest one, or where no accurate motion shows that, a little beyond.
+    /// The bound with which the relaxed problem has a motion, in its unit: the nearest one, or a little beyond where that is shown by a solve.
     pub to: f64,
+    /// True if a motion that is accurate between the points of its mesh too shows that the bound is enough; else it is an estimate of that mesh.
+    pub shown: bool,
 }
 
 /// The requirements that conflict, and what helps.
@@ -49,7 +51,7 @@ pub struct Explanation {
     /// The conflict, largest relative amount first. Relaxing all of them by their amounts restores feasibility. None: all
     /// requirements are met to the resolution.
     pub conflicts: Vec<Conflict>,
-    /// Each of these relaxations alone restores feasibility, which a motion shows that is accurate between the points of its mesh too; smallest relative change first, fixed end values last.
+    /// Relaxations that each restore feasibility alone: those that are shown to be enough, then those of a mesh alone; smallest relative change first, fixed end values last.
     pub remedies: Vec<Remedy>,
     /// A conflict below this size, relative to the scales of its quantities, would not have been seen: the accuracy of the relaxation and
     /// the error of its mesh between the points.
@@ -95,7 +97,7 @@ const MOST_ERROR_OF_A_START: f64 = 1e-2;
 const MOST_ITERATIONS: usize = 100;
 const MOST_REFINEMENTS: usize = 8;
 /// Work of all such solves, in iterations on the first mesh of the explanation: what takes more is not shown.
-const MOST_WORK: usize = 300;
+const MOST_WORK: usize = 600;
 /// Requirements tried alone besides those that conflict.
 const MOST_OTHERS: usize = 5;
 
@@ -155,9 +157,11 @@ impl Radau {
         if !explanation.conflicts.is_empty() {
             let mut work = 0;
             for way in ways {
+                let estimated = way.remedy.clone();
                 let shown = self.shown(ocp, &relaxer, way, &mut work, &mut meshes, observer)?;
-                explanation.remedies.extend(shown);
+                explanation.remedies.push(shown.unwrap_or(estimated));
             }
+            explanation.remedies.sort_by_key(|remedy| !remedy.shown);
         } else if all.result.is_success() {
             explanation.feasible = Some(all.nlp.trajectory(relaxer.ocp(), &all.result.report)?);
         }
@@ -178,14 +182,14 @@ impl Radau {
     ) -> Result<Option<Remedy>, RadauError> {
         let WayOut { remedy, motion } = way;
         if motion.error() <= relaxer.tolerance() {
-            return Ok(Some(remedy));
+            return Ok(Some(Remedy { shown: true, ..remedy }));
         }
-        let Remedy { requirement, to } = &remedy;
+        let Remedy { requirement, to, .. } = &remedy;
         let to = to + MARGIN * (to - requirement.limit);
         // An error that is small beside the margin.
         let tolerance = (SMALL * MARGIN * motion.largest()).min(MOST_ERROR).max(self.settings.tolerance);
         if motion.error() <= tolerance {
-            return Ok(Some(Remedy { to, ..remedy }));
+            return Ok(Some(Remedy { to, shown: true, ..remedy }));
         }
         let most = MOST_WORK * meshes.first().map_or(0, |m| m.points);
         if motion.error() > MOST_ERROR_OF_A_START || *work > most {
@@ -203,7 +207,7 @@ impl Radau {
         *work += found.meshes.iter().map(|m| m.counters.iterations * m.points).sum::<usize>();
         meshes.extend(found.meshes.iter().cloned());
         if found.status.is_success() && found.accurate {
-            return Ok(Some(Remedy { to, ..remedy }));
+            return Ok(Some(Remedy { to, shown: true, ..remedy }));
         }
         Ok(None)
     }
@@ -334,7 +338,10 @@ fn ways_out(
         meshes.extend(alone.meshes.iter().cloned());
         if alone.result.is_success() {
             let to = requirement.relaxed(alone.result.amounts[g]);
-            ways.push(WayOut { remedy: Remedy { requirement: requirement.clone(), to }, motion: alone });
+            ways.push(WayOut {
+                remedy: Remedy { requirement: requirement.clone(), to, shown: false },
+                motion: alone,
+            });
         }
     }
     ways.sort_by(|a, b| a.motion.total().total_cmp(&b.motion.total()));
@@ -404,9 +411,17 @@ impl fmt::Display for Explanation {
         let list = |items: Vec<String>, joint: &str| items.join(joint);
         f.write_str(&list(self.conflicts.iter().map(Conflict::to_string).collect(), "; "))?;
         if self.remedies.is_empty() {
-            return f.write_str("; no single relaxation is shown to restore feasibility");
+            return f.write_str("; no single relaxation was found that restores feasibility");
         }
-        let remedies = list(self.remedies.iter().map(Remedy::to_string).collect(), ", or if ");
-        write!(f, "; feasible if {remedies}")
+        let (shown, estimated): (Vec<&Remedy>, Vec<&Remedy>) = self.remedies.iter().partition(|r| r.shown);
+        let any_of =
+            |remedies: Vec<&Remedy>| list(remedies.iter().map(|r| r.to_string()).collect(), ", or if ");
+        if !shown.is_empty() {
+            write!(f, "; feasible if {}", any_of(shown))?;
+        }
+        if !estimated.is_empty() {
+            write!(f, "; by the estimate of a mesh, which may not be enough, if {}", any_of(estimated))?;
+        }
+        Ok(())
     }
 }
