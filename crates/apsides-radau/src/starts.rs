@@ -22,6 +22,10 @@ const MOST_ITERATIONS: usize = 300;
 /// Iterations on a first mesh from a guess that was moved to where constraints have a gradient, when the problem looks infeasible.
 const MOST_ITERATIONS_WITHOUT_GRADIENT: usize = 100;
 
+/// Ways around what constraints forbid that are solved on finer meshes, and the work of one, in points times iterations, after which there is no other.
+const MOST_WAYS: usize = 2;
+const MOST_WORK: usize = 100_000;
+
 /// A gain of the objective, relative, by which a solution is another one.
 const LEAST_GAIN: f64 = 1e-6;
 
@@ -95,26 +99,41 @@ impl Solves<'_> {
         })
     }
 
-    /// The best solution from bends of the guess around what path constraints forbid along it, if there is any; an error of an attempt that must
-    /// not go on is its status.
+    /// A solution from a bend of the guess around what path constraints forbid along it, if there is any: that bend whose solution on the first mesh
+    /// costs least, or the next one where finer meshes show that this leaps over a wall. An error of an attempt that must not go on is
+    /// its status.
     fn around(
         &mut self,
         radau: &Radau,
         guess: &Guess,
     ) -> Result<Result<Option<RadauSolution>, Status>, RadauError> {
         let sign = self.ocp.objective.sense.sign();
-        let mut best: Option<RadauSolution> = None;
+        let mut once = radau.clone();
+        once.settings.max_refinements = 0;
+        let mut ways: Vec<(f64, Guess)> = Vec::new();
         for start in guess.around(self.ocp) {
+            let found = self.solve(&once, self.ocp, start, MOST_ITERATIONS)?;
+            if !may_go_on(found.status) {
+                return Ok(Err(found.status));
+            }
+            if found.status.is_success() {
+                ways.push((sign * found.trajectory.objective, Guess::along(&found.trajectory)?));
+            }
+        }
+        ways.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut best: Option<RadauSolution> = None;
+        for (_, start) in ways.into_iter().take(MOST_WAYS) {
             let found = self.solve(radau, self.ocp, start, MOST_ITERATIONS)?;
             if !may_go_on(found.status) {
                 return Ok(Err(found.status));
             }
-            let is_better = |best: &RadauSolution| {
-                let cost = |s: &RadauSolution| -sign * s.trajectory.objective;
-                (found.accurate, cost(&found)) > (best.accurate, cost(best))
-            };
-            if found.status.is_success() && best.as_ref().is_none_or(is_better) {
+            let is_accurate = found.accurate;
+            let work: usize = found.meshes.iter().map(|m| m.points * m.counters.iterations).sum();
+            if found.status.is_success() && (best.is_none() || is_accurate) {
                 best = Some(found);
+            }
+            if is_accurate || work > MOST_WORK {
+                break;
             }
         }
         Ok(Ok(best))
