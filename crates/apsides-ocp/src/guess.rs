@@ -1,11 +1,10 @@
 //! Starting points: straight lines, samples, a flight with given controls, or an earlier trajectory.
 
-mod around;
 mod controls;
 mod flight;
 mod moving;
 mod starts;
-mod stationary;
+pub(crate) mod stationary;
 
 use crate::{Bounds, Ocp, OcpError, Phase, PhaseTrajectory, Trajectory, linkage};
 

@@ -63,7 +63,9 @@
 
 pub mod accumulated;
 mod angles;
+mod around;
 mod bent;
+mod bow;
 pub mod by_cosine;
 pub mod by_direction;
 pub mod by_parts;

@@ -1,4 +1,4 @@
-//! What the barrier leaves of the stationarity in the controls.
+//! The part of the stationarity in the controls that the barrier blurs.
 //!
 //! A control that comes close to a bound and is not pushed against it is held off by the barrier: slope of the Hamiltonian and distance to the bound have
 //! the barrier parameter as their product, over the weight of the node, so that neither is small at the ends of short intervals. The objective does not

@@ -24,7 +24,7 @@ impl Dynamics<3, 1> for Infection {
     }
 }
 
-/// What the therapy costs less the healthy cells, in thousands.
+/// The cost of the therapy less the healthy cells, in thousands.
 struct Cost;
 impl PathFunction<3, 1, 1> for Cost {
     fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 3], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {

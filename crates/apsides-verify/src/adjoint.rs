@@ -32,7 +32,7 @@ use crate::equations::Equations;
 use crate::optimality::{self, Among};
 use crate::second_order::corners;
 use chain::Chain;
-use held::Side;
+use held::BoundSide;
 use leg::Legs;
 use triangle::Triangle;
 
@@ -174,8 +174,8 @@ impl<'a> FreeEnds<'a> {
     }
 
     /// The bound that an end quantity is at.
-    fn side(&self, input: EndpointInput, bounds: Bounds) -> Option<Side> {
-        Side::of(self.ends.value(input), &bounds, self.tolerance * self.scales.scale(input))
+    fn side(&self, input: EndpointInput, bounds: Bounds) -> Option<BoundSide> {
+        BoundSide::of(self.ends.value(input), &bounds, self.tolerance * self.scales.scale(input))
     }
 }
 

@@ -72,7 +72,7 @@ fn fractions() -> impl Iterator<Item = f64> {
 }
 
 /// The inputs of a function along a guess.
-pub(super) struct Along<'a> {
+pub(crate) struct Along<'a> {
     guess: &'a PhaseGuess,
     states: usize,
     controls: usize,
@@ -81,7 +81,7 @@ pub(super) struct Along<'a> {
 }
 
 impl<'a> Along<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         phase: &Phase,
         guess: &'a PhaseGuess,
         parameters: &'a [f64],
@@ -96,7 +96,7 @@ impl<'a> Along<'a> {
     }
 
     /// The inputs `[x, u, p, t]` at a part of the duration.
-    pub(super) fn point(&self, fraction: f64, z: &mut [f64]) {
+    pub(crate) fn point(&self, fraction: f64, z: &mut [f64]) {
         let (x, rest) = z.split_at_mut(self.states);
         let (u, rest) = rest.split_at_mut(self.controls);
         let (p, t) = rest.split_at_mut(self.parameters.len());

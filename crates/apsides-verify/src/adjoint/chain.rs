@@ -2,7 +2,7 @@
 
 use apsides_ocp::{Bounds, EndpointInput, Phase, PhaseScaling, PhaseTrajectory};
 
-use super::held::Row;
+use super::held::LinearCondition;
 use super::leg::{Leg, LegPoint, Legs};
 use super::triangle::Triangle;
 use super::{FreeEnds, PRIOR_WEIGHT};
@@ -23,8 +23,8 @@ pub(super) struct Chain<'a> {
     legs: Legs<'a>,
     flown: Vec<Leg>,
     /// Conditions at the start and at the end, over `[current, shared, 1]`.
-    start: Vec<Row>,
-    end: Vec<Row>,
+    start: Vec<LinearCondition>,
+    end: Vec<LinearCondition>,
     /// Per interval, then at the start and at the end, which of the rows count: all equations, and the inequalities that were missed.
     counts: Vec<Vec<bool>>,
     triangle: Triangle,
@@ -70,14 +70,14 @@ impl<'a> Chain<'a> {
     }
 
     /// Conditions for the initial states and time.
-    fn at_start(&mut self) -> Vec<Row> {
+    fn at_start(&mut self) -> Vec<LinearCondition> {
         let phase = self.index;
         let states = self.phase.states.iter().enumerate();
         let states = states.filter_map(|(state, s)| {
             let bounds = s.initial.intersect(&s.variable.bounds);
             self.of_state(EndpointInput::InitialState { phase, state }, state, bounds, 1.0)
         });
-        let mut rows: Vec<Row> = states.collect();
+        let mut rows: Vec<LinearCondition> = states.collect();
         let input = EndpointInput::InitialTime { phase };
         let bounds = self.phase.initial_time;
         rows.extend(self.of_time(input, self.legs.first_point(), bounds, -1.0));
@@ -85,14 +85,14 @@ impl<'a> Chain<'a> {
     }
 
     /// Conditions for the final states and time.
-    fn at_end(&mut self) -> Vec<Row> {
+    fn at_end(&mut self) -> Vec<LinearCondition> {
         let phase = self.index;
         let states = self.phase.states.iter().enumerate();
         let states = states.filter_map(|(state, s)| {
             let bounds = s.terminal.intersect(&s.variable.bounds);
             self.of_state(EndpointInput::FinalState { phase, state }, state, bounds, -1.0)
         });
-        let mut rows: Vec<Row> = states.collect();
+        let mut rows: Vec<LinearCondition> = states.collect();
         let input = EndpointInput::FinalTime { phase };
         let bounds = self.phase.final_time;
         rows.extend(self.of_time(input, self.legs.last_point(), bounds, 1.0));
@@ -100,23 +100,35 @@ impl<'a> Chain<'a> {
     }
 
     /// The condition for a state at an end: what it adds to the cost is nothing if it is free there, and else pushes it against its bound.
-    fn of_state(&self, input: EndpointInput, state: usize, bounds: Bounds, sign: f64) -> Option<Row> {
+    fn of_state(
+        &self,
+        input: EndpointInput,
+        state: usize,
+        bounds: Bounds,
+        sign: f64,
+    ) -> Option<LinearCondition> {
         if bounds.is_fixed() {
             return None;
         }
         let mut row = self.unit(state, sign);
         row.extend(self.ends.row(input, self.scaling.states[state]));
         Some(match self.ends.side(input, bounds) {
-            None => Row::equation(row, END_WEIGHT),
+            None => LinearCondition::equation(row, END_WEIGHT),
             Some(side) => {
                 row.iter_mut().for_each(|v| *v *= -side.sign());
-                Row::at_least_zero(row, END_WEIGHT)
+                LinearCondition::at_least_zero(row, END_WEIGHT)
             }
         })
     }
 
     /// The condition for the Hamiltonian at an end, if its time is free and the duration too.
-    fn of_time(&mut self, input: EndpointInput, point: LegPoint, bounds: Bounds, sign: f64) -> Option<Row> {
+    fn of_time(
+        &mut self,
+        input: EndpointInput,
+        point: LegPoint,
+        bounds: Bounds,
+        sign: f64,
+    ) -> Option<LinearCondition> {
         let duration = self.duration();
         let duration_is_free = self.phase.duration.excess(duration) < -self.ends.tolerance * duration;
         if !duration_is_free || !self.ends.is_free(input, bounds) {
@@ -126,7 +138,7 @@ impl<'a> Chain<'a> {
         let end = self.ends.row(input, duration);
         let costates = row.iter().map(|v| sign * v * duration);
         let rest = rest.iter().zip(&end).map(|(h, e)| e + sign * h * duration);
-        Some(Row::equation(costates.chain(rest).collect(), END_WEIGHT))
+        Some(LinearCondition::equation(costates.chain(rest).collect(), END_WEIGHT))
     }
 
     fn unit(&self, state: usize, sign: f64) -> Vec<f64> {
@@ -170,7 +182,7 @@ impl<'a> Chain<'a> {
         let found = self.triangle.back(multipliers);
         let shared: Vec<f64> = multipliers.iter().copied().chain([1.0]).collect();
         let mut changed = false;
-        let mut settle = |rows: &[Row], unknowns: &[f64], counts: &mut [bool]| {
+        let mut settle = |rows: &[LinearCondition], unknowns: &[f64], counts: &mut [bool]| {
             for (row, counts) in rows.iter().zip(counts).filter(|(row, _)| row.is_inequality) {
                 let terms = row.coefficients.iter().zip(unknowns).map(|(c, v)| (c * v).abs());
                 let missed = row.value(unknowns) < -ROUNDING * terms.fold(0.0, f64::max);

@@ -16,14 +16,14 @@ pub(super) const ADJOINT_WEIGHT: f64 = 1e4;
 /// Weight of the adjoint equation of a state at its bound: its multiplier is rather zero than not.
 const HELD_WEIGHT: f64 = 1e-4;
 
-/// Side of the bound that a state is at: the integral of its multiplier has this sign.
+/// BoundSide of the bound that a state is at: the integral of its multiplier has this sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Side {
+pub(super) enum BoundSide {
     Lower,
     Upper,
 }
 
-impl Side {
+impl BoundSide {
     /// The bound that a value is at, to a tolerance.
     pub(super) fn of(value: f64, bounds: &Bounds, tolerance: f64) -> Option<Self> {
         if value >= bounds.upper - tolerance {
@@ -47,7 +47,7 @@ impl Side {
 pub(super) struct Held {
     pub(super) state: usize,
     /// Per node of the states, the bound that it is at there; the first and the last node are the ends of the interval.
-    pub(super) sides: Vec<Option<Side>>,
+    pub(super) sides: Vec<Option<BoundSide>>,
     /// Its first column among the inner unknowns: the costate at each node but the last.
     pub(super) first: usize,
 }
@@ -55,7 +55,7 @@ pub(super) struct Held {
 impl Held {
     /// The bound that drives the costate between a node and the next. An arc begins and ends at ends of intervals: that the state is at its bound at one of
     /// them alone says nothing about the inside.
-    pub(super) fn driven(&self, node: usize) -> Option<Side> {
+    pub(super) fn driven(&self, node: usize) -> Option<BoundSide> {
         let last = self.sides.len() - 1;
         let (before, after) = (self.sides[node], self.sides[node + 1]);
         let inner_before = before.filter(|_| node > 0);
@@ -66,14 +66,14 @@ impl Held {
 }
 
 /// A linear function of the unknowns of an interval, `[costates before its start, inner, costates at its end, shared, 1]`.
-pub(super) struct Row {
+pub(super) struct LinearCondition {
     pub(super) coefficients: Vec<f64>,
     pub(super) weight: f64,
     /// To be zero or more, instead of zero.
     pub(super) is_inequality: bool,
 }
 
-impl Row {
+impl LinearCondition {
     pub(super) fn equation(coefficients: Vec<f64>, weight: f64) -> Self {
         Self { coefficients, weight, is_inequality: false }
     }
@@ -87,7 +87,7 @@ impl Row {
     }
 }
 
-/// What enters the adjoint equation along an interval besides the states and controls.
+/// The quantities that enter the adjoint equation along an interval besides states and controls.
 pub(super) struct Course {
     /// Path rows with stated multipliers, and those whose multipliers follow from the costates.
     pub(super) given: Vec<usize>,
@@ -104,8 +104,8 @@ impl Course {
 }
 
 /// The conditions for what the bound of a state adds to its costate: nothing where it is not at it.
-pub(super) fn driven(row: Vec<f64>, side: Option<Side>) -> Vec<Row> {
-    let Some(side) = side else { return vec![Row::equation(row, ADJOINT_WEIGHT)] };
+pub(super) fn driven(row: Vec<f64>, side: Option<BoundSide>) -> Vec<LinearCondition> {
+    let Some(side) = side else { return vec![LinearCondition::equation(row, ADJOINT_WEIGHT)] };
     let signed = row.iter().map(|v| side.sign() * v).collect();
-    vec![Row::at_least_zero(signed, 1.0), Row::equation(row, HELD_WEIGHT)]
+    vec![LinearCondition::at_least_zero(signed, 1.0), LinearCondition::equation(row, HELD_WEIGHT)]
 }

@@ -11,7 +11,7 @@ use apsides_ocp::{PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Segment};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
 use nalgebra::DMatrix;
 
-use super::held::{ADJOINT_WEIGHT, Course, Held, Row, Side, driven};
+use super::held::{ADJOINT_WEIGHT, BoundSide, Course, Held, LinearCondition, driven};
 use crate::VerifySettings;
 use crate::boundary::row_scales;
 use crate::equations::Equations;
@@ -27,7 +27,7 @@ pub(super) struct Leg {
     /// Number of the inner unknowns.
     pub(super) inner: usize,
     /// The conditions over `[costates before the start, inner, end, shared, 1]`.
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<LinearCondition>,
     /// Costates at the nodes of the states, over `[inner, end, shared, 1]`.
     nodes: Vec<DMatrix<f64>>,
     /// Multipliers of the path rows that follow from the costates, at the nodes of the controls.
@@ -283,7 +283,7 @@ impl<'a> Legs<'a> {
             }
         }
         if starts_at_corner {
-            rows.push(Row::equation(self.jump(segment, &course), 1.0));
+            rows.push(LinearCondition::equation(self.jump(segment, &course), 1.0));
         }
         let times = state_nodes.iter();
         let nodes = times
@@ -299,32 +299,37 @@ impl<'a> Legs<'a> {
         control: usize,
         slope: &[f64],
         free: &[usize],
-    ) -> Option<Row> {
+    ) -> Option<LinearCondition> {
         let bounds = self.equations.phase.controls[control].bounds;
         let factor = self.scaling.controls[control] * self.duration;
         let before = vec![0.0; self.equations.nx];
         let row = |sign: f64| before.iter().copied().chain(slope.iter().map(|v| sign * factor * v)).collect();
         if free.contains(&control) {
-            return Some(Row::equation(row(1.0), 1.0));
+            return Some(LinearCondition::equation(row(1.0), 1.0));
         }
         if bounds.is_fixed() {
             return None;
         }
         let mut u = vec![0.0; self.equations.nu];
         self.found.control.evaluate_in(segment, t, &mut u);
-        let side = Side::of(u[control], &bounds, self.activity * self.scaling.controls[control])?;
-        Some(Row::at_least_zero(row(-side.sign()), 1.0))
+        let side = BoundSide::of(u[control], &bounds, self.activity * self.scaling.controls[control])?;
+        Some(LinearCondition::at_least_zero(row(-side.sign()), 1.0))
     }
 
     /// Joins the costates before the start of an interval with those at its end, from the integrals of what the equation says at each node.
-    fn costate_rows(&self, course: &Course, start: &DMatrix<f64>, integrals: &[DMatrix<f64>]) -> Vec<Row> {
+    fn costate_rows(
+        &self,
+        course: &Course,
+        start: &DMatrix<f64>,
+        integrals: &[DMatrix<f64>],
+    ) -> Vec<LinearCondition> {
         let nx = self.equations.nx;
         let mut rows = Vec::new();
         for i in (0..nx).filter(|i| course.held.iter().all(|h| h.state != *i)) {
             let mut row = self.row_of(course);
             row[i] = 1.0;
             row[nx..].iter_mut().zip(start.row(i).iter()).for_each(|(entry, v)| *entry = -v);
-            rows.push(Row::equation(row, ADJOINT_WEIGHT));
+            rows.push(LinearCondition::equation(row, ADJOINT_WEIGHT));
         }
         for held in &course.held {
             let last = held.sides.len() - 1;
@@ -482,9 +487,9 @@ impl<'a> Legs<'a> {
                     return None;
                 }
                 self.found.state.evaluate_in(segment, *t, &mut x);
-                Side::of(x[i], &state.variable.bounds, self.activity * self.scaling.states[i])
+                BoundSide::of(x[i], &state.variable.bounds, self.activity * self.scaling.states[i])
             };
-            let sides: Vec<Option<Side>> = nodes.iter().map(side).collect();
+            let sides: Vec<Option<BoundSide>> = nodes.iter().map(side).collect();
             if sides.iter().any(Option::is_some) {
                 all.push(Held { state: i, sides, first });
                 first += nodes.len() - 1;

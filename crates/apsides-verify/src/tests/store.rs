@@ -8,6 +8,8 @@ use apsides_ocp::{Bounds, Ocp, Phase, State, Trajectory, Variable};
 
 /// Points of each interval.
 const POINTS: usize = 4;
+/// Round-off of sums.
+const LAST_BITS: f64 = 1e-12;
 
 /// `x' = 0.8 fill - empty`.
 struct Store;
@@ -17,7 +19,7 @@ impl Dynamics<1, 2> for Store {
     }
 }
 
-/// What is bought less what is sold, at a price that is linear in time.
+/// The purchases less the sales, at a price that is linear in time.
 struct Cost {
     start: f64,
     rate: f64,
@@ -59,7 +61,7 @@ fn emptied_from(sold: f64, price: &Cost) -> Trajectory {
 fn costate_of_an_empty_store_is_any_that_rises_between_what_filling_and_emptying_allow() {
     let price = Cost { start: 3.0, rate: -1.0 };
     let optimum = emptied_from(0.0, &price);
-    assert!((optimum.objective + 0.75).abs() < 1e-12);
+    assert!((optimum.objective + 0.75).abs() < LAST_BITS);
     let certificate = certify(&store(price), &optimum);
     assert_eq!(certificate.verdict, Verdict::GlobalOptimum, "{certificate:#?}");
 }

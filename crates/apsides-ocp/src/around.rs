@@ -7,11 +7,10 @@
 use std::cell::RefCell;
 use std::f64::consts::PI;
 
-use super::stationary::Along;
-use super::{Guess, PhaseGuess};
-use crate::bent::bow;
+use crate::bow::bow;
+use crate::guess::stationary::Along;
 use crate::spread::Spread;
-use crate::{Ocp, PathConstraint, Phase, PhaseScaling, Scaling};
+use crate::{Guess, Ocp, PathConstraint, Phase, PhaseGuess, PhaseScaling, Scaling};
 
 /// Points of a guess at which constraints are looked at, and of a bent one.
 const POINTS: usize = 65;
@@ -271,6 +270,9 @@ mod tests {
     use super::*;
     use crate::{At, Bounds, State, Variable};
 
+    /// Round-off of a guess.
+    const LAST_BITS: f64 = 1e-12;
+
     struct Point;
     impl Dynamics<2, 2> for Point {
         fn rate<S: Scalar>(&self, _t: S, _x: &[S; 2], u: &[S; 2], _p: &[S; 0]) -> [S; 2] {
@@ -320,7 +322,7 @@ mod tests {
             way.phases[0].state(0.5, &mut x);
             sides.push(x[1].signum());
             way.phases[0].state(1.0, &mut x);
-            assert!((x[0] - 4.0).abs() + x[1].abs() < 1e-12, "{x:?}");
+            assert!((x[0] - 4.0).abs() + x[1].abs() < LAST_BITS, "{x:?}");
         }
         sides.sort_by(f64::total_cmp);
         assert_eq!(sides, [-1.0, 1.0]);
