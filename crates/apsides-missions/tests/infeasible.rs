@@ -88,11 +88,10 @@ fn the_polar_angle_leaves_room_for_long_burns() {
 /// thrust that would do with the dry mass as it is the same for all.
 #[test]
 fn little_thrust_is_said_to_be_too_little() {
-    for (thrust, dry) in [("100", "45.77"), ("130", "59.50")] {
+    for (thrust, dry) in [("100", "45.7759"), ("130", "59.5087")] {
         let mission = registry().load("lunar-perilune", &[format!("thrust_n={thrust}")]).unwrap();
         let why = mission.solve(None, &mut ()).unwrap().explanation.unwrap();
-        assert!(why.contains(&format!("mass is lowered from 60 to {dry}")), "{why}");
-        assert!(why.contains(" kg (`dry_mass_kg`)"), "{why}");
+        assert!(why.contains(&format!("mass is lowered from 60 to {dry} kg (`dry_mass_kg`)")), "{why}");
         assert!(why.contains("`thrust_n` has to be about 132:"), "{why}");
     }
 }

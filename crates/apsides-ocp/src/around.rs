@@ -122,8 +122,8 @@ impl<'a> Blocked<'a> {
         let mut inside = vec![false; self.phase.states.len()];
         for f in &self.forbidding {
             for row in &f.rows {
-                let alone = Forbidding { rows: vec![*row], ..*f };
-                if fractions().any(|fraction| self.excess(&alone, fraction, &[]) > INSIDE) {
+                let alone = std::slice::from_ref(row);
+                if fractions().any(|fraction| self.excess(f, alone, fraction, &[]) > INSIDE) {
                     let entries = f.constraint.function.pattern().jacobian_entries();
                     for (_, column) in entries.filter(|(r, _)| r == row) {
                         inside.get_mut(column).into_iter().for_each(|state| *state = true);
@@ -148,8 +148,8 @@ impl<'a> Blocked<'a> {
         if way > 0.0 { way } else { scales.states[state] }
     }
 
-    /// The largest excess of rows at a part of the phase, relative to their scales, with a bend of the movable states.
-    fn excess(&self, f: &Forbidding<'_>, fraction: f64, bend: &[f64]) -> f64 {
+    /// The largest excess of some rows of a constraint at a part of the phase, relative to their scales, with a bend of the movable states.
+    fn excess(&self, f: &Forbidding<'_>, rows: &[usize], fraction: f64, bend: &[f64]) -> f64 {
         let function = f.constraint.function.as_ref();
         let (z, values) = &mut *self.work.borrow_mut();
         z.resize(function.inputs(), 0.0);
@@ -158,8 +158,7 @@ impl<'a> Blocked<'a> {
         self.bend(fraction, bend, z);
         function.value(z, values);
         let excess = |row: &usize| f.constraint.rows[*row].bounds.excess(values[*row]) / f.scales[*row];
-        f.rows
-            .iter()
+        rows.iter()
             .map(excess)
             .fold(0.0, |most, next| if next.is_nan() { f64::INFINITY } else { most.max(next) })
     }
@@ -178,7 +177,10 @@ impl<'a> Blocked<'a> {
     }
 
     fn is_clear(&self, bend: &[f64]) -> bool {
-        self.forbidding.iter().all(|f| fractions().all(|fraction| self.excess(f, fraction, bend) <= INSIDE))
+        let is_met = |f: &Forbidding<'_>| {
+            fractions().all(|fraction| self.excess(f, &f.rows, fraction, bend) <= INSIDE)
+        };
+        self.forbidding.iter().all(is_met)
     }
 
     /// The guess with the least bend that is clear, and with the least one to the other side: in the time of their ways, and in that of the guess where

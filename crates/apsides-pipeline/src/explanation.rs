@@ -63,11 +63,12 @@ pub struct RemedySummary {
     /// The requirement.
     #[serde(flatten)]
     pub requirement: RequirementSummary,
-    /// The bound with which the mission can be flown.
+    /// The nearest bound with which the mission can be flown.
     pub relaxed_to: f64,
-    /// True if an accurate flight shows that; else the bound is an estimate of a mesh, which may not be enough.
-    #[serde(default)]
-    pub shown: bool,
+    /// The bound that an accurate flight shows to be enough: this one, or one a little beyond. None where it is the estimate of a mesh, which may not be
+    /// enough.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shown_with: Option<f64>,
 }
 
 impl ExplanationSummary {
@@ -84,7 +85,7 @@ impl ExplanationSummary {
         let remedy = |m: &Remedy| RemedySummary {
             requirement: RequirementSummary::new(&m.requirement),
             relaxed_to: m.to,
-            shown: m.shown,
+            shown_with: m.shown_with,
         };
         Self {
             conflicts: explanation.conflicts.iter().map(conflict).collect(),
@@ -120,7 +121,7 @@ pub(crate) fn in_keys(explanation: &Explanation, values: &Values, datum: Option<
     };
     let remedy = |m: &Remedy| {
         let (requirement, unit) = worded(&m.requirement, values, datum);
-        Remedy { requirement, to: unit.of(m.to), shown: m.shown }
+        Remedy { requirement, to: unit.of(m.to), shown_with: m.shown_with.map(|bound| unit.of(bound)) }
     };
     let mut conflicts: Vec<_> = explanation.conflicts.iter().map(conflict).collect();
     let mut remedies: Vec<_> = explanation.remedies.iter().map(remedy).collect();

@@ -6,7 +6,6 @@
 
 use apsides_ocp::{Ocp, PhaseTrajectory};
 
-use crate::layout::CollocationPhase;
 use crate::mesh_solve::MeshSolve;
 
 /// Certificates allow so much.
@@ -27,7 +26,7 @@ fn blur(ocp: &Ocp, solve: &MeshSolve) -> f64 {
         let report = &solve.report;
         let mut largest = 0.0_f64;
         for (node, n) in p.nodes.iter().enumerate() {
-            let seconds = n.weight * arc_duration(p, node, &report.x);
+            let seconds = n.weight * p.arc_duration(p.arc_of(node), &report.x);
             for (c, (control, scale)) in phase.controls.iter().zip(scales).enumerate() {
                 let column = p.control_column(node) + c;
                 let slope = report.lower_multipliers[column] - report.upper_multipliers[column];
@@ -43,10 +42,6 @@ fn blur(ocp: &Ocp, solve: &MeshSolve) -> f64 {
         largest
     });
     of_phase.fold(0.0, f64::max)
-}
-
-fn arc_duration(p: &CollocationPhase, node: usize, x: &[f64]) -> f64 {
-    p.arc_duration(p.arc_of(node), x)
 }
 
 /// The largest product of a costate and the rate of its state over the nodes.

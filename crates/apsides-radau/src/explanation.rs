@@ -37,10 +37,11 @@ pub struct Conflict {
 pub struct Remedy {
     /// The requirement; its bound now is `requirement.limit`.
     pub requirement: Requirement,
-    /// The bound with which the relaxed problem has a motion, in its unit: the nearest one, or a little beyond where that is shown by a solve.
+    /// The nearest bound with which the relaxed problem has a motion on its mesh, in its unit.
     pub to: f64,
-    /// True if a motion that is accurate between the points of its mesh too shows that the bound is enough; else it is an estimate of that mesh.
-    pub shown: bool,
+    /// The bound that is shown to be enough, by a motion that is accurate between the points too: the nearest one, or a hundredth of the relaxation
+    /// beyond. None where nothing shows it.
+    pub shown_with: Option<f64>,
 }
 
 /// The requirements that conflict, and what helps.
@@ -51,7 +52,8 @@ pub struct Explanation {
     /// The conflict, largest relative amount first. Relaxing all of them by their amounts restores feasibility. None: all
     /// requirements are met to the resolution.
     pub conflicts: Vec<Conflict>,
-    /// Relaxations that each restore feasibility alone: those that are shown to be enough, then those of a mesh alone; smallest relative change first, fixed end values last.
+    /// Relaxations that each restore feasibility alone: those that are shown to be enough, then those of a mesh alone; smallest relative change
+    /// first, fixed end values last.
     pub remedies: Vec<Remedy>,
     /// A conflict below this size, relative to the scales of its quantities, would not have been seen: the accuracy of the relaxation and
     /// the error of its mesh between the points.
@@ -157,11 +159,10 @@ impl Radau {
         if !explanation.conflicts.is_empty() {
             let mut work = 0;
             for way in ways {
-                let estimated = way.remedy.clone();
-                let shown = self.shown(ocp, &relaxer, way, &mut work, &mut meshes, observer)?;
-                explanation.remedies.push(shown.unwrap_or(estimated));
+                let shown_with = self.shown_with(ocp, &relaxer, &way, &mut work, &mut meshes, observer)?;
+                explanation.remedies.push(Remedy { shown_with, ..way.remedy });
             }
-            explanation.remedies.sort_by_key(|remedy| !remedy.shown);
+            explanation.remedies.sort_by_key(|remedy| remedy.shown_with.is_none());
         } else if all.result.is_success() {
             explanation.feasible = Some(all.nlp.trajectory(relaxer.ocp(), &all.result.report)?);
         }
@@ -169,27 +170,25 @@ impl Radau {
         Ok(explanation)
     }
 
-    /// The relaxation of a way out that is shown to be enough: by its motion, where that is accurate between the points too, else by a solve of the
-    /// problem with a little more than the relaxation. On a coarse mesh a motion leaps over walls, and gains by errors.
-    fn shown(
+    /// The bound of a way out that is shown to be enough: the nearest one by its motion, where that is accurate between the points too, else one a
+    /// little beyond, by a motion whose error is small beside that or by a solve. On a coarse mesh a motion leaps over walls, and gains by errors.
+    fn shown_with(
         &self,
         ocp: &Ocp,
         relaxer: &Relaxer<'_>,
-        way: WayOut,
+        WayOut { remedy: Remedy { requirement, to, .. }, motion }: &WayOut,
         work: &mut usize,
         meshes: &mut Vec<MeshRecord>,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Remedy>, RadauError> {
-        let WayOut { remedy, motion } = way;
+    ) -> Result<Option<f64>, RadauError> {
         if motion.error() <= relaxer.tolerance() {
-            return Ok(Some(Remedy { shown: true, ..remedy }));
+            return Ok(Some(*to));
         }
-        let Remedy { requirement, to, .. } = &remedy;
-        let to = to + MARGIN * (to - requirement.limit);
+        let beyond = to + MARGIN * (to - requirement.limit);
         // An error that is small beside the margin.
         let tolerance = (SMALL * MARGIN * motion.largest()).min(MOST_ERROR).max(self.settings.tolerance);
         if motion.error() <= tolerance {
-            return Ok(Some(Remedy { to, shown: true, ..remedy }));
+            return Ok(Some(beyond));
         }
         let most = MOST_WORK * meshes.first().map_or(0, |m| m.points);
         if motion.error() > MOST_ERROR_OF_A_START || *work > most {
@@ -197,19 +196,17 @@ impl Radau {
         }
         let guess = Guess::along(&motion.nlp.trajectory(relaxer.ocp(), &motion.result.report)?)?;
         let mut relaxed = ocp.clone();
-        requirement.restate(&mut relaxed, to);
+        requirement.restate(&mut relaxed, beyond);
         let Some(relaxed) = easier(&relaxed, &guess) else { return Ok(None) };
         let mut settings = RadauSettings { tolerance, ..self.settings.clone() };
         settings.max_refinements = settings.max_refinements.min(MOST_REFINEMENTS);
         settings.nlp.max_iterations = settings.nlp.max_iterations.min(MOST_ITERATIONS);
         let radau = Self { settings };
-        let found = radau.solve_from_guess(&relaxed, guess, motion.mesh, MOST_ITERATIONS, observer)?;
+        let found =
+            radau.solve_from_guess(&relaxed, guess, motion.mesh.clone(), MOST_ITERATIONS, observer)?;
         *work += found.meshes.iter().map(|m| m.counters.iterations * m.points).sum::<usize>();
         meshes.extend(found.meshes.iter().cloned());
-        if found.status.is_success() && found.accurate {
-            return Ok(Some(Remedy { to, shown: true, ..remedy }));
-        }
-        Ok(None)
+        Ok((found.status.is_success() && found.accurate).then_some(beyond))
     }
 
     /// The largest residuals of a guess on a mesh before the first iteration: one per constraint, relative to its scale
@@ -339,7 +336,7 @@ fn ways_out(
         if alone.result.is_success() {
             let to = requirement.relaxed(alone.result.amounts[g]);
             ways.push(WayOut {
-                remedy: Remedy { requirement: requirement.clone(), to, shown: false },
+                remedy: Remedy { requirement: requirement.clone(), to, shown_with: None },
                 motion: alone,
             });
         }
@@ -388,7 +385,9 @@ impl fmt::Display for Remedy {
         let is_lost = (short(r.limit) - r.limit).abs() > LOST * (to - r.limit).abs();
         let from = if is_lost { r.limit } else { short(r.limit) };
         write!(f, "{} is {change} from {from} to {to} {}", r.quantity(), r.unit)?;
-        r.stated_by.as_ref().map_or(Ok(()), |name| write!(f, " (`{name}`)"))
+        r.stated_by.as_ref().map_or(Ok(()), |name| write!(f, " (`{name}`)"))?;
+        let beyond = self.shown_with.filter(|shown| *shown != self.to);
+        beyond.map_or(Ok(()), |b| write!(f, ", shown with {} {}", outward(b, r.limit, r.side), r.unit))
     }
 }
 
@@ -413,14 +412,19 @@ impl fmt::Display for Explanation {
         if self.remedies.is_empty() {
             return f.write_str("; no single relaxation was found that restores feasibility");
         }
-        let (shown, estimated): (Vec<&Remedy>, Vec<&Remedy>) = self.remedies.iter().partition(|r| r.shown);
+        let (shown, estimated): (Vec<&Remedy>, Vec<&Remedy>) =
+            self.remedies.iter().partition(|r| r.shown_with.is_some());
         let any_of =
-            |remedies: Vec<&Remedy>| list(remedies.iter().map(|r| r.to_string()).collect(), ", or if ");
+            |remedies: Vec<&Remedy>| list(remedies.iter().map(ToString::to_string).collect(), ", or if ");
         if !shown.is_empty() {
             write!(f, "; feasible if {}", any_of(shown))?;
         }
         if !estimated.is_empty() {
-            write!(f, "; by the estimate of a mesh, which may not be enough, if {}", any_of(estimated))?;
+            write!(
+                f,
+                "; by the estimate of a mesh, which may not be enough, feasible if {}",
+                any_of(estimated)
+            )?;
         }
         Ok(())
     }

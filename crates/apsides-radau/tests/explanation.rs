@@ -315,7 +315,7 @@ fn leaps_between_points_are_no_remedy() {
     let method = Radau::default();
     let mesh = Mesh::uniform(&ocp, 10, 4).unwrap();
     let e = method.explain(&ocp, &Guess::linear(&ocp), &mesh).unwrap();
-    for remedy in e.remedies.iter().filter(|remedy| remedy.shown) {
+    for remedy in e.remedies.iter().filter(|remedy| remedy.shown_with.is_some()) {
         let r = &remedy.requirement;
         match r.kind {
             RequirementKind::Path => assert!(remedy.to < SMALL * 0.01, "{e}"),

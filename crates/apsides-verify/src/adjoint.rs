@@ -92,9 +92,11 @@ pub(crate) fn with_costates(
         // Multipliers that nothing decides are zero.
         shared.add_prior(PRIOR_WEIGHT);
         multipliers = shared.solve()?;
-        let changed =
-            chains.iter_mut().map(|chain| chain.settle(&multipliers)).filter(|changed| *changed).count();
-        if changed == 0 {
+        let mut has_changed = false;
+        for chain in &mut chains {
+            has_changed |= chain.settle(&multipliers);
+        }
+        if !has_changed {
             break;
         }
     }

@@ -1,6 +1,6 @@
 //! The intervals of one phase, joined one after the other.
 
-use apsides_ocp::{Bounds, EndpointInput, Phase, PhaseScaling, PhaseTrajectory};
+use apsides_ocp::{Bounds, EndpointInput, Phase, PhaseScaling, PhaseTrajectory, State};
 
 use super::held::LinearCondition;
 use super::leg::{Leg, LegPoint, Legs};
@@ -10,8 +10,13 @@ use crate::optimality;
 
 /// Weight of the end conditions against the stationarity at one node.
 const END_WEIGHT: f64 = 1e2;
-/// An inequality that is missed by less, relative to its largest term, is met.
-const ROUNDING: f64 = 1e-13;
+
+/// An end of a phase.
+#[derive(Clone, Copy, PartialEq)]
+enum Terminal {
+    Start,
+    End,
+}
 
 /// The conditions of one phase, and the unknowns that come closest to them.
 pub(super) struct Chain<'a> {
@@ -25,8 +30,6 @@ pub(super) struct Chain<'a> {
     /// Conditions at the start and at the end, over `[current, shared, 1]`.
     start: Vec<LinearCondition>,
     end: Vec<LinearCondition>,
-    /// Per interval, then at the start and at the end, which of the rows count: all equations, and the inequalities that were missed.
-    counts: Vec<Vec<bool>>,
     triangle: Triangle,
 }
 
@@ -41,27 +44,14 @@ impl<'a> Chain<'a> {
         legs: Legs<'a>,
         corners: &[f64],
     ) -> Option<Self> {
-        let mut chain = Self {
-            index,
-            phase,
-            found,
-            scaling,
-            ends,
-            legs,
-            flown: Vec::new(),
-            start: Vec::new(),
-            end: Vec::new(),
-            counts: Vec::new(),
-            triangle: Triangle::new(0, 0),
-        };
+        let triangle = Triangle::new(phase.states.len(), ends.globals);
+        let (flown, start, end) = (Vec::new(), Vec::new(), Vec::new());
+        let mut chain = Self { index, phase, found, scaling, ends, legs, flown, start, end, triangle };
         let breaks = found.control.breaks();
         for segment in 0..breaks.len() - 1 {
             chain.flown.push(chain.legs.fly(segment, corners.contains(&breaks[segment]))?);
         }
-        chain.start = chain.at_start();
-        chain.end = chain.at_end();
-        let rows = chain.flown.iter().map(|leg| &leg.rows).chain([&chain.start, &chain.end]);
-        chain.counts = rows.map(|rows| rows.iter().map(|r| !r.is_inequality).collect()).collect();
+        (chain.start, chain.end) = (chain.at(Terminal::Start), chain.at(Terminal::End));
         Some(chain)
     }
 
@@ -69,33 +59,27 @@ impl<'a> Chain<'a> {
         self.found.final_time - self.found.initial_time
     }
 
-    /// Conditions for the initial states and time.
-    fn at_start(&mut self) -> Vec<LinearCondition> {
-        let phase = self.index;
-        let states = self.phase.states.iter().enumerate();
-        let states = states.filter_map(|(state, s)| {
-            let bounds = s.initial.intersect(&s.variable.bounds);
-            self.of_state(EndpointInput::InitialState { phase, state }, state, bounds, 1.0)
-        });
-        let mut rows: Vec<LinearCondition> = states.collect();
-        let input = EndpointInput::InitialTime { phase };
-        let bounds = self.phase.initial_time;
-        rows.extend(self.of_time(input, self.legs.first_point(), bounds, -1.0));
-        rows
-    }
-
-    /// Conditions for the final states and time.
-    fn at_end(&mut self) -> Vec<LinearCondition> {
-        let phase = self.index;
-        let states = self.phase.states.iter().enumerate();
-        let states = states.filter_map(|(state, s)| {
-            let bounds = s.terminal.intersect(&s.variable.bounds);
-            self.of_state(EndpointInput::FinalState { phase, state }, state, bounds, -1.0)
-        });
-        let mut rows: Vec<LinearCondition> = states.collect();
-        let input = EndpointInput::FinalTime { phase };
-        let bounds = self.phase.final_time;
-        rows.extend(self.of_time(input, self.legs.last_point(), bounds, 1.0));
+    /// Conditions for the states and the time at an end of the phase.
+    fn at(&mut self, terminal: Terminal) -> Vec<LinearCondition> {
+        let (index, phase) = (self.index, self.phase);
+        let sign = if terminal == Terminal::Start { 1.0 } else { -1.0 };
+        let of_state = |(state, s): (usize, &State)| {
+            let (input, bounds) = match terminal {
+                Terminal::Start => (EndpointInput::InitialState { phase: index, state }, s.initial),
+                Terminal::End => (EndpointInput::FinalState { phase: index, state }, s.terminal),
+            };
+            self.of_state(input, state, bounds.intersect(&s.variable.bounds), sign)
+        };
+        let mut rows: Vec<LinearCondition> = phase.states.iter().enumerate().filter_map(of_state).collect();
+        let (input, point, bounds) = match terminal {
+            Terminal::Start => {
+                (EndpointInput::InitialTime { phase: index }, self.legs.first_point(), phase.initial_time)
+            }
+            Terminal::End => {
+                (EndpointInput::FinalTime { phase: index }, self.legs.last_point(), phase.final_time)
+            }
+        };
+        rows.extend(self.of_time(input, point, bounds, -sign));
         rows
     }
 
@@ -147,18 +131,17 @@ impl<'a> Chain<'a> {
         row
     }
 
-    /// Joins the intervals by the rows that count, and gives what is left for the unknowns that all phases share.
+    /// Joins the intervals by the conditions that count, and gives what is left for the unknowns that all phases share.
     pub(super) fn triangulate(&mut self) -> Option<Vec<Vec<f64>>> {
         let (nx, shared) = (self.phase.states.len(), self.ends.globals);
         self.triangle = Triangle::new(nx, shared);
         let costate = self.found.costate.as_ref()?;
         let breaks = self.found.control.breaks();
-        let legs = self.flown.len();
-        let ends = [(&self.start, &self.counts[legs]), (&self.end, &self.counts[legs + 1])];
-        let [start, end] = ends.map(|(rows, counts)| rows.iter().zip(counts).filter(|(_, c)| **c));
-        start.for_each(|(row, _)| self.triangle.add_current(&row.coefficients, row.weight));
+        for row in that_count(&self.start) {
+            self.triangle.add_current(row, 1.0);
+        }
         let mut prior = vec![0.0; nx];
-        for (segment, (leg, counts)) in self.flown.iter().zip(&self.counts).enumerate() {
+        for (segment, leg) in self.flown.iter().enumerate() {
             optimality::evaluate_piece(costate, breaks.len() - 1, segment, breaks[segment], &mut prior);
             for (i, (prior, scale)) in prior.iter().zip(&self.scaling.states).enumerate() {
                 let mut row = self.unit(i, 1.0);
@@ -166,13 +149,11 @@ impl<'a> Chain<'a> {
                 row.push(-prior * scale);
                 self.triangle.add_current(&row, PRIOR_WEIGHT);
             }
-            let rows = leg.rows.iter().zip(counts).filter(|(_, c)| **c);
-            self.triangle.advance(
-                leg.inner,
-                rows.map(|(row, _)| row.coefficients.iter().map(|v| v * row.weight).collect()),
-            )?;
+            self.triangle.advance(leg.inner, that_count(&leg.rows).map(<[f64]>::to_vec))?;
         }
-        end.for_each(|(row, _)| self.triangle.add_current(&row.coefficients, row.weight));
+        for row in that_count(&self.end) {
+            self.triangle.add_current(row, 1.0);
+        }
         self.triangle.close()
     }
 
@@ -182,23 +163,16 @@ impl<'a> Chain<'a> {
         let found = self.triangle.back(multipliers);
         let shared: Vec<f64> = multipliers.iter().copied().chain([1.0]).collect();
         let mut changed = false;
-        let mut settle = |rows: &[LinearCondition], unknowns: &[f64], counts: &mut [bool]| {
-            for (row, counts) in rows.iter().zip(counts).filter(|(row, _)| row.is_inequality) {
-                let terms = row.coefficients.iter().zip(unknowns).map(|(c, v)| (c * v).abs());
-                let missed = row.value(unknowns) < -ROUNDING * terms.fold(0.0, f64::max);
-                changed |= *counts != missed;
-                *counts = missed;
-            }
+        let mut settle = |rows: &mut [LinearCondition], unknowns: &[f64]| {
+            rows.iter_mut().for_each(|row| changed |= row.settle(unknowns));
         };
-        let legs = self.flown.len();
-        for (k, leg) in self.flown.iter().enumerate() {
-            let next = &found[k + 1][..nx];
-            let unknowns: Vec<f64> = found[k].iter().chain(next).chain(&shared).copied().collect();
-            settle(&leg.rows, &unknowns, &mut self.counts[k]);
+        for (leg, w) in self.flown.iter_mut().zip(found.windows(2)) {
+            let unknowns: Vec<f64> = w[0].iter().chain(&w[1][..nx]).chain(&shared).copied().collect();
+            settle(&mut leg.rows, &unknowns);
         }
-        for (at, rows, counts) in [(0, &self.start, legs), (legs, &self.end, legs + 1)] {
+        for (at, rows) in [(0, &mut self.start), (self.flown.len(), &mut self.end)] {
             let unknowns: Vec<f64> = found[at][..nx].iter().chain(&shared).copied().collect();
-            settle(rows, &unknowns, &mut self.counts[counts]);
+            settle(rows, &unknowns);
         }
         changed
     }
@@ -207,4 +181,9 @@ impl<'a> Chain<'a> {
         let found = self.triangle.back(multipliers);
         self.legs.write(&self.flown, &found, multipliers, phase)
     }
+}
+
+/// The coefficients of the conditions that count.
+fn that_count(rows: &[LinearCondition]) -> impl Iterator<Item = &[f64]> {
+    rows.iter().filter(|row| row.counts).map(|row| &row.coefficients[..])
 }

@@ -65,25 +65,42 @@ impl Held {
     }
 }
 
-/// A linear function of the unknowns of an interval, `[costates before its start, inner, costates at its end, shared, 1]`.
+/// An inequality that is missed by less, relative to its largest term, is met.
+const ROUNDING: f64 = 1e-13;
+
+/// A linear function of the unknowns of an interval, `[costates before its start, inner, costates at its end, shared, 1]`, or at an end of the phase.
 pub(super) struct LinearCondition {
+    /// Times the weight of the condition.
     pub(super) coefficients: Vec<f64>,
-    pub(super) weight: f64,
     /// To be zero or more, instead of zero.
-    pub(super) is_inequality: bool,
+    is_inequality: bool,
+    /// Says whether it is among the equations: an inequality is while it is missed.
+    pub(super) counts: bool,
 }
 
 impl LinearCondition {
     pub(super) fn equation(coefficients: Vec<f64>, weight: f64) -> Self {
-        Self { coefficients, weight, is_inequality: false }
+        Self::new(coefficients, weight, false)
     }
 
     pub(super) fn at_least_zero(coefficients: Vec<f64>, weight: f64) -> Self {
-        Self { coefficients, weight, is_inequality: true }
+        Self::new(coefficients, weight, true)
     }
 
-    pub(super) fn value(&self, unknowns: &[f64]) -> f64 {
-        self.coefficients.iter().zip(unknowns).map(|(c, v)| c * v).sum()
+    fn new(mut coefficients: Vec<f64>, weight: f64, is_inequality: bool) -> Self {
+        coefficients.iter_mut().for_each(|c| *c *= weight);
+        Self { coefficients, is_inequality, counts: !is_inequality }
+    }
+
+    /// Lets an inequality count if it is missed; true if it did not before, or does not any more.
+    pub(super) fn settle(&mut self, unknowns: &[f64]) -> bool {
+        if !self.is_inequality {
+            return false;
+        }
+        let terms = self.coefficients.iter().zip(unknowns).map(|(c, v)| c * v);
+        let (sum, largest) = terms.fold((0.0, 0.0_f64), |(sum, m), term| (sum + term, m.max(term.abs())));
+        let is_missed = sum < -ROUNDING * largest;
+        std::mem::replace(&mut self.counts, is_missed) != is_missed
     }
 }
 
