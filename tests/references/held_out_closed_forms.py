@@ -681,6 +681,23 @@ def solar_sail(end=1.524, au=149597870700, mu=132712440018e9, characteristic=1e-
 
 GUST = PchipInterpolator([0, 0.50, 0.502, 0.504, 1.0], [0, 0, 1, 0, 0])
 
+def hinges_beside_a_dead_band():
+    """Full thrust for a time, then 0.1 up to half of the way, and mirrored; thrust beyond 0.1 costs."""
+    half = 2.5
+    way = lambda full: full**2 + 2 * full * (half - full) + 0.1 * (half - full) ** 2
+    return 2 * 0.9 * root(lambda full: way(full) - 2, 0, half)
+
+
+def store_held_empty_by_both():
+    """Filled between two times about the least price, at 9/10 of the price at which it is emptied at last; both controls hold it between."""
+    filled = lambda last: (pi + 2.5 - last) / 2
+    last = root(lambda last: cos(2 * last) - 0.9 * cos(2 * filled(last)), 1.7, 2)
+    price = lambda a, b: (sin(2 * b) - sin(2 * a)) / 2
+    begin, end = pi - filled(last), filled(last)
+    both = price(pi / 4, begin) + price(end, last)
+    return -0.9 * (price(0, 0.5) + price(last, 2)) + price(begin, end) + 0.1 * both
+
+
 OPTIMA = {
     "along_the_ground": along_the_ground,
     "around_a_small_disc": around_a_small_disc,
@@ -737,6 +754,7 @@ OPTIMA = {
     "gate_in_an_instant": gate_in_an_instant,
     "gust_from_a_table": lambda: effort_against(lambda t: 20 * float(GUST(t)), [0.5, 0.502, 0.504]),
     "harmonic_five_switches": lambda: oscillator(9.3, 2.1),
+    "hinges_beside_a_dead_band": hinges_beside_a_dead_band,
     "hover_by_any_thrust": lambda: 1.62 * 100,
     "integral_with_a_far_side": lambda: 20 * 0.3**2,
     "jerk_within_limits": lambda: 4 / 1.2 + 1.2 / 1 + 1 / 2,
@@ -798,6 +816,7 @@ OPTIMA = {
     "small_step_beside_a_switch": lambda: 1 + 0.005**2 - 0.02 * 0.82 + 1 + 0.01**2 + 0.02 * 0.805,
     "soap_film": lambda: catenoid(1.0),
     "solar_sail_to_mars": solar_sail,
+    "speed_at_a_kink": lambda: 2 / (3 * 1.5),
     "speed_limit_in_large_units": lambda: 1 / 0.7 + 0.7,
     "speed_limit_in_small_units": lambda: 1 / 0.7 + 0.7,
     "speed_limit_with_drag": lambda: log(3) + 10 + 2 * log(0.75),
@@ -806,6 +825,7 @@ OPTIMA = {
     "staging": staging,
     "steps_beyond_the_end": lambda: least(lambda l: 12 / l**3 + l, 1, 5),
     "store_empty_for_a_while": lambda: -0.75,
+    "store_held_empty_by_both": store_held_empty_by_both,
     "string_over_a_parabola": string_over_parabola,
     "string_over_a_wave": string_over_a_wave,
     "swing_of_many_turns": lambda: swing(30, 100),
@@ -816,6 +836,7 @@ OPTIMA = {
     "thrust_past_a_corner": thrust_past_a_corner,
     "thrust_that_turns_past_its_bound": thrust_that_turns_past_its_bound,
     "thrust_up_at_the_end": lambda: 3 / 8 + 1 / pi**2,
+    "thrusters_by_two_hinges": lambda: 5 - sqrt(5**2 - 4 * 2),
     "touch_of_the_ground": lambda: 50**2 / 20 * (2 + 6 * (1 - 4 * 200 / (50 * 20)) ** 2),
     "trap_any_meridian": lambda: pi**2,
     "trap_any_way_around_a_ball": lambda: around_disc((-1, 0), (1, 0), 0.5) ** 2,

@@ -147,12 +147,13 @@ fn judge(a: &CertifyArguments, problem: &Problem) -> Result<Judged, Refusal> {
     let samples = read_samples(&file[..], ocp).map_err(|e| format!("{shown}: {e}"))?;
     let settings = VerifySettings::default();
     let interpolation = a.interpolation.map(Interpolation::from);
-    let Sampled { trajectory, interpolation, deviation, place } =
+    let Sampled { trajectory, interpolation, deviation, place, checks } =
         sampled(ocp, &samples.phases, &samples.parameters, interpolation, &settings).map_err(refusal)?;
     let certificate = match problem {
         Problem::Gallery(..) => verify(ocp, &trajectory, &settings).map_err(refusal)?.certificate,
         Problem::Mission(mission, _) => mission.verify(&trajectory).map_err(refusal)?,
     };
+    let certificate = certificate.with_checks(checks);
     let worst = |kind: CheckKind| {
         let ratios = certificate.checks.iter().filter(|c| c.kind == kind).map(|c| c.value / c.limit);
         ratios.fold(None, |m: Option<f64>, r| Some(m.map_or(r, |m| if r.is_nan() { r } else { m.max(r) })))

@@ -202,6 +202,14 @@ fn a_descent_is_simulated_and_written() {
 }
 
 #[test]
+fn a_key_that_varies_twice_is_refused() {
+    let varied = ["--set", "thrust_n=45000,46000", "--set", "thrust_n=47000"];
+    let o = apsides(&[&["sweep", "lunar-perilune"][..], &varied].concat());
+    assert_eq!(o.status.code(), Some(2), "{}", stderr(&o));
+    assert!(stderr(&o).contains("the key varies twice"), "{}", stderr(&o));
+}
+
+#[test]
 fn a_monte_carlo_without_deviations_and_a_table_that_ends_are_named() {
     let o = apsides(&["montecarlo", "moving-mass-cross", "--samples", "2"]);
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));

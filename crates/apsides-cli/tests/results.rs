@@ -390,6 +390,21 @@ fn a_trajectory_of_another_program_is_certified() {
     let v: serde_json::Value = serde_json::from_str(&stdout(&o)).unwrap();
     assert_eq!(v["certificate"]["verdict"], "rejected");
     assert!(v["feasible_to"].as_f64().unwrap() > 1e3);
+    // Positions that are not those of the flight under these controls.
+    let header = optimal.lines().next().unwrap().to_owned();
+    let off = optimal.lines().skip(1).enumerate().map(|(k, line)| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if k == 10 {
+            cells[1] = "0.51".into();
+        }
+        cells.join(",")
+    });
+    let off = std::iter::once(header).chain(off).collect::<Vec<_>>().join("\n");
+    let o = apsides(&["certify", "di_min_energy", &file("off.csv", &off)]);
+    assert_eq!(o.status.code(), Some(4), "{}", stdout(&o));
+    assert!(stdout(&o).contains("certificate: rejected"), "{}", stdout(&o));
+    let words = stdout(&o).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("it is not the flight that is stated"), "{words}");
     let o = apsides(&["certify", "di_min_energy", &file("none.csv", "time,x\n0,1\n")]);
     assert_eq!(o.status.code(), Some(2));
     assert!(stderr(&o).contains("no column `v`"), "{}", stderr(&o));

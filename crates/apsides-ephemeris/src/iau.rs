@@ -8,8 +8,9 @@
 //! ```
 //!
 //! B. A. Archinal et al., *Celestial Mechanics and Dynamical Astronomy* 130 (2018) 22, doi 10.1007/s10569-017-9805-5, and its correction,
-//! 131 (2019) 61. The axes of the Moon are those of its mean Earth direction, to 150 m on its surface; those of the Earth are without
-//! nutation and the irregular part of its rotation, to a kilometre.
+//! 131 (2019) 61. The axes of the Moon are those of its mean Earth direction, to 150 m on its surface; those of the Earth are the
+//! frame `IAU_EARTH` of other programs, without nutation and the irregular part of its rotation: its prime meridian is 5 km at the equator from the
+//! Earth rotation angle of the IERS Conventions in 2000, and 10 km in 2030.
 
 use crate::Epoch;
 use crate::orientation::{Orientation, Turning};

@@ -65,7 +65,7 @@ impl fmt::Display for Status {
             Self::Diverging => f.write_str("iterates diverge; the problem may be unbounded"),
             Self::IterationLimit => f.write_str("iteration limit reached"),
             Self::TimeLimit => f.write_str("time limit reached"),
-            Self::Interrupted => f.write_str("stopped by the observer"),
+            Self::Interrupted => f.write_str("stopped on request"),
             Self::RestorationFailed => f.write_str("the restoration phase failed"),
             Self::EvaluationFailed(what) => {
                 write!(f, "the {what} is not finite where no shorter step is possible")

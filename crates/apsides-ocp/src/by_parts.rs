@@ -16,12 +16,23 @@ use apsides_ad::formula::{Binary, Operation, Unary};
 use apsides_ad::{AdError, Formula, FormulaBuilder, NodeFunction, Value, formula_node};
 
 use crate::rewrite::rewrite;
-use crate::{Bounds, Guess, Ocp, PathConstraint, Phase, PhaseGuess, PhaseTrajectory, Trajectory, Variable};
+use crate::{
+    Bounds, Guess, Kink, Ocp, PathConstraint, Phase, PhaseGuess, PhaseTrajectory, Trajectory, Variable,
+};
 
 /// Points at which the parts of a guess are taken.
 const SAMPLES: usize = 65;
 /// Most magnitudes of a phase that get parts.
 const MOST: usize = 8;
+
+/// The magnitudes that get parts.
+#[derive(Clone, Copy, PartialEq)]
+enum Inputs {
+    /// Those that a control enters.
+    Controls,
+    /// Those that a state enters, too.
+    StatesToo,
+}
 
 /// A problem in which magnitudes of controls are stated by their parts.
 pub struct ByParts {
@@ -56,13 +67,29 @@ impl ByParts {
     /// The problem with parts; none where no magnitude of a control occurs.
     #[must_use]
     pub fn of(ocp: &Ocp) -> Option<Self> {
+        Self::with(ocp, Inputs::Controls)
+    }
+
+    /// The problem with parts of the magnitudes of states, too; none where none occurs. Such a magnitude has a kink at one value of the state, which a
+    /// mesh can follow where the state passes it, but not along an arc that stays there.
+    #[must_use]
+    pub fn of_states_too(ocp: &Ocp) -> Option<Self> {
+        let count = |parts: &Self| parts.phases.iter().map(|p| p.magnitudes.len()).sum::<usize>();
+        let of_controls = Self::of(ocp).as_ref().map_or(0, count);
+        Self::with(ocp, Inputs::StatesToo).filter(|parts| count(parts) > of_controls)
+    }
+
+    fn with(ocp: &Ocp, among: Inputs) -> Option<Self> {
         let mut by_parts = ocp.clone();
         let mut phases = Vec::new();
         for (phase, posed) in by_parts.phases.iter_mut().zip(&ocp.phases) {
             let mut magnitudes = Vec::new();
             // Of a function that is no formula nothing is known, and a phase without magnitudes stays as it is.
-            if let Some(Ok(split)) = Search::of(ocp, posed).map(|search| search.split()) {
+            if let Some(Ok(split)) = Search::of(ocp, posed, among).map(|search| search.split()) {
                 (*phase, magnitudes) = split;
+                if among == Inputs::StatesToo {
+                    phase.kinks.retain(|kink| matches!(kink, Kink::Time(_)));
+                }
             }
             phases.push(PhaseParts { magnitudes, controls: posed.controls.len(), rows: posed.path_rows() });
         }
@@ -80,7 +107,8 @@ impl ByParts {
         Guess { phases: phases.collect(), ..guess.clone() }
     }
 
-    /// The mean of the smaller part of a magnitude over its phase, relative to that of the larger part; the largest one of all magnitudes.
+    /// The mean size of the smaller part of a magnitude over its phase, which is none at a magnitude, relative to that of the larger part; the
+    /// largest one of all magnitudes.
     #[must_use]
     pub fn overlap(&self, trajectory: &Trajectory) -> f64 {
         let mut overlap = 0.0_f64;
@@ -92,7 +120,7 @@ impl ByParts {
                     let weight = (ends[1] - ends[0]) * nu as f64 / segment.values.len() as f64;
                     for u in segment.values.chunks(nu) {
                         let (p, n) = (u[m.positive], u[m.negative]);
-                        both += weight * p.min(n).max(0.0);
+                        both += weight * p.min(n).abs();
                         largest += weight * p.max(n);
                     }
                 }
@@ -169,6 +197,7 @@ struct Found {
 /// The magnitudes of controls in the functions of a phase.
 struct Search<'a> {
     phase: &'a Phase,
+    among: Inputs,
     parameters: Vec<Bounds>,
     /// Those of the equations of motion, the path constraints and the integrals.
     formulas: Vec<Formula>,
@@ -189,10 +218,10 @@ impl Numbers {
 }
 
 impl<'a> Search<'a> {
-    fn of(ocp: &Ocp, phase: &'a Phase) -> Option<Self> {
+    fn of(ocp: &Ocp, phase: &'a Phase, among: Inputs) -> Option<Self> {
         let formulas: Vec<Formula> = phase.functions().map(|f| f.formula()).collect::<Result<_, _>>().ok()?;
         let parameters = ocp.parameters.iter().map(|p| p.bounds).collect();
-        let mut search = Self { phase, parameters, formulas, found: Vec::new(), uses: Vec::new() };
+        let mut search = Self { phase, among, parameters, formulas, found: Vec::new(), uses: Vec::new() };
         let (mut numbers, mut places) = (Numbers::default(), BTreeMap::new());
         for k in 0..search.formulas.len() {
             search.look(k, &mut numbers, &mut places);
@@ -212,7 +241,8 @@ impl<'a> Search<'a> {
         let n = formula.inputs();
         let name = |i: usize| if i + 1 == n { "time".to_owned() } else { format!("input {i}") };
         let mut ids: Vec<usize> = (0..n).map(|i| numbers.of(name(i))).collect();
-        let mut steered: Vec<bool> = (0..n).map(|i| (nx..nx + nu).contains(&i)).collect();
+        let first = if self.among == Inputs::Controls { nx } else { 0 };
+        let mut steered: Vec<bool> = (0..n).map(|i| (first..nx + nu).contains(&i)).collect();
         let mut uses = BTreeMap::new();
         for (operation_index, operation) in formula.operations().iter().enumerate() {
             let is_zero = |v: usize| {
@@ -228,7 +258,7 @@ impl<'a> Search<'a> {
             let magnitude = magnitude.filter(|(a, b, _)| steered[*a] || b.is_some_and(|b| steered[b]));
             let magnitude =
                 magnitude.filter(|(_, b, _)| b.is_some() || !is_raised(formula, n + operation_index));
-            if let Some((a, b, reversed)) = magnitude {
+            if let Some((a, b, reversed)) = magnitude.map(|m| as_difference(formula, m)) {
                 let key = (ids[a], b.map(|b| ids[b]));
                 let swapped = key.1.and_then(|b| places.get(&(b, Some(key.0))));
                 let place = match (places.get(&key), swapped) {
@@ -344,6 +374,20 @@ fn is_raised(formula: &Formula, value: usize) -> bool {
 /// The identity of a table of a formula, the same wherever the table is shared.
 fn table_identity(formula: &Formula, table: usize) -> usize {
     Arc::as_ptr(&formula.tables()[table]) as usize
+}
+
+/// A magnitude of one value by the values whose difference it is of: that of `-u` is that of `u` with parts that change places, and so is that of
+/// `b - a` beside `a - b`. Parts of their own would be bound to those of the other one twice.
+fn as_difference(
+    formula: &Formula,
+    (a, b, reversed): (usize, Option<usize>, bool),
+) -> (usize, Option<usize>, bool) {
+    let operation = a.checked_sub(formula.inputs()).map(|o| formula.operations()[o]);
+    match (b, operation) {
+        (None, Some(Operation::Unary(Unary::Neg, of))) => as_difference(formula, (of, None, !reversed)),
+        (None, Some(Operation::Binary(Binary::Sub, one, other))) => (one, Some(other), reversed),
+        _ => (a, b, reversed),
+    }
 }
 
 /// A formula of a phase, written again with parts.

@@ -17,12 +17,22 @@ impl WithoutKinks {
     /// The problem without kinks of controls; none where it has none.
     #[must_use]
     pub fn of(ocp: &Ocp) -> Option<Self> {
+        Self::with(ocp, ByParts::of)
+    }
+
+    /// The same without kinks of magnitudes of states; none where there are none, as [`ByParts::of_states_too`] says.
+    #[must_use]
+    pub fn of_states_too(ocp: &Ocp) -> Option<Self> {
+        Self::with(ocp, ByParts::of_states_too).filter(|w| w.parts.is_some())
+    }
+
+    fn with(ocp: &Ocp, parts: impl Fn(&Ocp) -> Option<ByParts>) -> Option<Self> {
         let within = within_effect(ocp);
         let cosines = ByCosine::of(within.as_ref().unwrap_or(ocp));
         let posed = cosines.as_ref().map(|c| &c.ocp).or(within.as_ref());
         let directions = ByDirection::of(posed.unwrap_or(ocp));
         let posed = directions.as_ref().map(|d| &d.ocp).or(posed);
-        let parts = ByParts::of(posed.unwrap_or(ocp));
+        let parts = parts(posed.unwrap_or(ocp));
         let ocp = parts.as_ref().map(|p| &p.ocp).or(posed)?.clone();
         Some(Self { ocp, cosines, directions, parts })
     }

@@ -86,3 +86,57 @@ fn functions_of_the_parts_are_those_of_the_magnitudes() {
         }
     }
 }
+
+/// The hinges of a thrust to both sides, and the distance of two controls by its hinges.
+struct Hinges;
+impl PathFunction<3, 2, 3> for Hinges {
+    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 3], u: &[S; 2], _p: &[S; 0]) -> [S; 3] {
+        let zero = S::from(0.0);
+        [u[0].max(zero) + (-u[0]).max(zero), (u[0] - u[1]).max(zero), (u[1] - u[0]).max(zero)]
+    }
+}
+
+#[test]
+fn hinges_to_both_sides_have_the_same_parts() {
+    let rows = ["a", "b", "c"].map(|name| Variable::new(name, "N"));
+    let parts = ByParts::of(&posed(problem(Smooth).path(rows, Hinges))).unwrap();
+    let phase = &parts.ocp.phases[0];
+    // The parts of the thrust, the other control, and the parts of the difference, with one row that binds these.
+    assert_eq!(phase.controls.len(), 5);
+    assert_eq!(phase.path_rows(), 3 + 1);
+    let hinges = phase.path[0].function.as_ref();
+    for (u, w) in [(2.0, 0.5), (-1.5, 3.0), (0.0, -2.0)] {
+        let both = |e: f64| [e.max(0.0), (-e).max(0.0)];
+        let (of_u, of_both) = (both(u), both(u - w));
+        let names = phase.controls.iter().map(|c| match c.name.as_str() {
+            "positive part of u" => of_u[0],
+            "negative part of u" => of_u[1],
+            "w" => w,
+            name if name.starts_with("positive") => of_both[0],
+            _ => of_both[1],
+        });
+        let mut z = vec![0.0; hinges.inputs()];
+        z[3..8].copy_from_slice(&names.collect::<Vec<f64>>());
+        let mut values = [0.0; 3];
+        hinges.value(&z, &mut values);
+        assert_eq!(values, [u.abs(), of_both[0], of_both[1]]);
+    }
+}
+
+#[test]
+fn magnitudes_of_states_have_parts_on_request() {
+    let ocp = posed(problem(Smooth));
+    let parts = ByParts::of_states_too(&ocp).unwrap();
+    let phase = &parts.ocp.phases[0];
+    assert_eq!((phase.controls.len(), phase.path_rows()), (4, 1));
+    // The bounds of the parts are those of the speed.
+    assert_eq!(phase.controls[2..].iter().map(|c| c.bounds.upper).collect::<Vec<_>>(), [2.0, 2.0]);
+    // Where those of controls are all there are no more.
+    struct Thrust;
+    impl Dynamics<3, 2> for Thrust {
+        fn rate<S: Scalar>(&self, _t: S, x: &[S; 3], u: &[S; 2], _p: &[S; 0]) -> [S; 3] {
+            [x[1], u[0].abs(), u[1]]
+        }
+    }
+    assert!(ByParts::of_states_too(&posed(problem(Thrust))).is_none());
+}

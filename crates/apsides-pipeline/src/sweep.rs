@@ -56,7 +56,13 @@ pub struct Case {
 /// The first case that is refused; no case has been solved then.
 pub fn cases(registry: &Registry, file_or_name: &str, axes: &[Axis]) -> Result<Vec<Case>, Error> {
     let mut combinations: Vec<Vec<String>> = vec![Vec::new()];
-    for axis in axes {
+    for (k, axis) in axes.iter().enumerate() {
+        if axes[..k].iter().any(|earlier| earlier.key == axis.key) {
+            return Err(Error::Syntax {
+                place: place_of_option(&axis.key),
+                reason: "the key varies twice; give all of its values at once, as key=a,b,c".into(),
+            });
+        }
         let mut next = Vec::with_capacity(combinations.len() * axis.values.len());
         for (k, c) in combinations.iter().enumerate() {
             let mut add = |v: &String| {

@@ -4,6 +4,8 @@
 //! to it: at a solution of the interior-point method one of the two is small. The multiplier of a control's bound per unit
 //! of time is the switching function `dH/du`, so that its sign confirms the bound.
 
+use std::ops::Range;
+
 use apsides_nlp::{Nlp, SolveReport};
 use apsides_ocp::{ArcKind, Bounds, PhaseTrajectory, Variable};
 
@@ -15,6 +17,9 @@ use crate::transcription::Transcription;
 
 /// Most nodes between opposite bounds that are one switch and no arc of its own.
 pub(crate) const CROSSING: usize = 2;
+
+/// A way from bound to bound that takes less than this part of the phase is one switch, whatever nodes there are along it.
+pub(crate) const AT_ONCE: f64 = 1e-4;
 
 /// Arcs and intervals shorter than this part of the phase have come to nothing.
 pub(crate) const COLLAPSED: f64 = 10.0 * LEAST_ARC;
@@ -40,6 +45,9 @@ const AFFINE: f64 = 1e-5;
 
 /// Relative multipliers of a bound that is active at so few nodes that it may be an oscillation along a singular arc.
 pub(crate) const OSCILLATION: f64 = 1e-2;
+
+/// Relative multipliers of the wrong sign at the end of a phase from which on they are none of a break farther inside that is not yet exact.
+const WRONG_AT_END: f64 = 1e-3;
 
 /// So many runs in a row, each of at most so many nodes, are an oscillation.
 const OSCILLATING: usize = 4;
@@ -93,10 +101,14 @@ pub(crate) struct NodeSample {
     pub(crate) below_upper: f64,
     /// Relative multiplier: positive where the lower bound would be active.
     pub(crate) slope: f64,
+    /// The multiplier itself, per unit of time and for the whole range: what the bound costs.
+    pub(crate) push: f64,
     /// True for a control that the Hamiltonian is linear or concave in here: between its bounds it has no minimum. So for a row that is held.
     pub(crate) is_concave: bool,
     pub(crate) class: Class,
     pub(crate) course: Option<ArcKind>,
+    /// True for a row without controls at its bound that controls at their own leave there: nothing has to hold it.
+    pub(crate) rests: bool,
 }
 
 impl NodeSample {
@@ -201,9 +213,11 @@ pub(crate) fn samples(
             above_lower: (value - lower) / range,
             below_upper: (upper - value) / range,
             slope: multiplier * range / seconds,
+            push: (multiplier * range / seconds).abs(),
             is_concave: false,
             class: Class::Between,
             course: hold.copied().flatten(),
+            rests: false,
         });
     }
     let least = LEAST_SLOPE * solution.objective / duration;
@@ -225,6 +239,7 @@ pub(crate) fn samples(
             && !q.held_by.iter().any(|(c, v)| is_between(report.x[p.control_column(s.node) + c], v))
         {
             s.class = Class::Between;
+            s.rests = s.above_lower.min(s.below_upper) < AT_BOUND;
         }
     }
     keep_ends(&mut samples);
@@ -255,11 +270,14 @@ fn keep_ends(samples: &mut [NodeSample]) {
             let wrong = |s: &&NodeSample| s.class != own;
             let tail = samples[start..end].iter().rev().take_while(wrong).count();
             let head = samples[start..end].iter().take_while(wrong).count();
-            if tail <= CROSSING {
-                samples[end - tail..end].iter_mut().for_each(|s| s.class = own);
+            // At the ends of the phase there is no break, and what is evident is no error.
+            let is_evident = |nodes: &[NodeSample]| nodes.iter().any(|s| s.slope.abs() > WRONG_AT_END);
+            let (first, last) = (start + head, end - tail);
+            if tail <= CROSSING && (end < samples.len() || !is_evident(&samples[last..end])) {
+                samples[last..end].iter_mut().for_each(|s| s.class = own);
             }
-            if head <= CROSSING {
-                samples[start..start + head].iter_mut().for_each(|s| s.class = own);
+            if head <= CROSSING && (start > 0 || !is_evident(&samples[start..first])) {
+                samples[start..first].iter_mut().for_each(|s| s.class = own);
             }
         }
         start = end;
@@ -310,11 +328,13 @@ pub(crate) fn runs(samples: &[NodeSample]) -> Vec<Run> {
     }
     joined(&mut runs);
     oscillations(&mut runs);
-    // The few nodes of a crossing belong to neither side.
+    // The few nodes of a crossing belong to neither side; nor do those of an interval as short as the place of a switch is known.
     let mut k = 1;
     while k + 1 < runs.len() {
         let (a, b) = (runs[k - 1].class, runs[k + 1].class);
-        if runs[k].class == Class::Between && a.opposite(b) && runs[k].last - runs[k].first < CROSSING {
+        let is_crossing = runs[k].class == Class::Between && a.opposite(b);
+        let lasts = samples[runs[k].last].fraction - samples[runs[k].first].fraction;
+        if is_crossing && (runs[k].last - runs[k].first < CROSSING || lasts < AT_ONCE) {
             runs.remove(k);
         } else {
             k += 1;
@@ -452,6 +472,33 @@ pub(crate) fn settle_inside(q: &Quantity<'_>, samples: &mut [NodeSample], held: 
     }
 }
 
+/// The nodes of each stretch along which a row without controls rests at a bound.
+pub(crate) fn rests(samples: &[NodeSample]) -> impl Iterator<Item = &[NodeSample]> {
+    samples.chunk_by(|a, b| a.rests == b.rests).filter(|nodes| nodes[0].rests)
+}
+
+/// Where a row that a control moves rests at a bound along a whole arc, what pushes the control against its own is shared with that of the row in
+/// any way: the sign of what is left to a control that is held there says nothing. A row that rests along a part of the arc leaves its bound there.
+pub(crate) fn keep_at_rest(samples: &mut [NodeSample], rests: &[(f64, f64)], arcs: &[Range<usize>]) {
+    let is_inside = |s: &NodeSample| rests.iter().any(|(first, last)| (*first..=*last).contains(&s.fraction));
+    for arc in arcs {
+        let first = samples.partition_point(|s| s.interval < arc.start);
+        let last = samples.partition_point(|s| s.interval < arc.end);
+        let along = &mut samples[first..last];
+        if !along.iter().all(is_inside) {
+            continue;
+        }
+        for s in along {
+            let own = match s.course {
+                Some(ArcKind::Lower) => Class::Lower,
+                Some(ArcKind::Upper) => Class::Upper,
+                _ => continue,
+            };
+            (s.class, s.slope) = (own, 0.0);
+        }
+    }
+}
+
 /// Leaves out runs of a few nodes between others where a row without controls meets its bound or leaves it.
 pub(crate) fn settle_beside(samples: &[NodeSample], runs: &mut Vec<Run>, gaps: &[(f64, f64)]) {
     let mut k = 1;
@@ -490,4 +537,77 @@ fn joined(runs: &mut Vec<Run>) {
         }
         same
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nodes a tenth apart of a quantity that the mesh holds at its lower bound, with these multipliers.
+    fn held(slopes: &[f64]) -> Vec<NodeSample> {
+        let sample = |(node, slope): (usize, &f64)| NodeSample {
+            node,
+            fraction: 0.1 * node as f64,
+            width: 0.1,
+            interval: [0, 0, 1, 1, 1, 2][node.min(5)],
+            above_lower: 0.0,
+            below_upper: 1.0,
+            slope: *slope,
+            push: slope.abs(),
+            is_concave: true,
+            class: if *slope < 0.0 { Class::Upper } else { Class::Lower },
+            course: Some(ArcKind::Lower),
+            rests: (2..5).contains(&node),
+        };
+        slopes.iter().enumerate().map(sample).collect()
+    }
+
+    fn classes(samples: &[NodeSample]) -> Vec<Class> {
+        samples.iter().map(|s| s.class).collect()
+    }
+
+    #[test]
+    fn signs_along_a_rest_say_nothing() {
+        let samples = held(&[1.0, 1.0, -1.0, -1.0, -1.0, -1.0]);
+        let stretches: Vec<(f64, f64)> =
+            rests(&samples).map(|nodes| (nodes[0].fraction, nodes[nodes.len() - 1].fraction)).collect();
+        assert_eq!(stretches, [(0.2, 0.4)]);
+        let mut control = samples.clone();
+        keep_at_rest(&mut control, &stretches, &[0..1, 1..2, 2..3]);
+        assert_eq!(classes(&control)[..5], [Class::Lower; 5]);
+        assert_eq!(control[5].class, Class::Upper);
+        assert_eq!(control[3].slope, 0.0);
+        // One that is longer than the rest keeps its signs.
+        let mut control = samples.clone();
+        keep_at_rest(&mut control, &stretches, &[0..1, 1..3]);
+        assert_eq!(classes(&control), classes(&samples));
+    }
+
+    #[test]
+    fn wrong_signs_at_the_ends_of_a_phase_count() {
+        let mut samples = held(&[-1.0, 1.0, 1.0, 1.0, -1.0, 1.0]);
+        samples[5].course = None;
+        keep_ends(&mut samples);
+        // The first node is at no break, the fifth is.
+        assert_eq!(samples[0].class, Class::Upper);
+        assert_eq!(classes(&samples)[1..], [Class::Lower; 5]);
+    }
+
+    #[test]
+    fn a_short_way_from_bound_to_bound_is_one_switch_whatever_nodes_it_has() {
+        let way = |lasts: f64| {
+            let mut samples = held(&[1.0; 12]);
+            for (k, s) in samples.iter_mut().enumerate() {
+                s.course = None;
+                (s.class, s.fraction) = match k {
+                    0..4 => (Class::Lower, 0.1 * k as f64),
+                    4..8 => (Class::Between, 0.5 + lasts * (k - 4) as f64 / 3.0),
+                    _ => (Class::Upper, 0.6 + 0.04 * (k - 8) as f64),
+                };
+            }
+            runs(&samples).iter().map(|r| r.class).collect::<Vec<_>>()
+        };
+        assert_eq!(way(0.5 * AT_ONCE), [Class::Lower, Class::Upper]);
+        assert_eq!(way(2.0 * AT_ONCE), [Class::Lower, Class::Between, Class::Upper]);
+    }
 }

@@ -46,10 +46,19 @@ pub(crate) struct Change {
     pub(crate) jumps: bool,
     /// Where it meets a bound without a jump that it is pushed against up to the end of the arc there.
     pub(crate) corner: Option<f64>,
+    /// Where a row without controls meets its bound that is clear of it at the node beside the change still, and the place of that node.
+    pub(crate) beyond_node: Option<BeyondNode>,
     /// Indices of the last node before and of the first one after.
     pub(crate) nodes: (usize, usize),
     /// Where the switching function changes its sign shortly before and after a break that stands at another zero of it.
     pub(crate) zeros: [Option<f64>; 2],
+}
+
+/// A bound that is met beyond a node.
+#[derive(Clone, Copy)]
+pub(crate) struct BeyondNode {
+    pub(crate) node: f64,
+    pub(crate) at: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,6 +144,7 @@ fn change(
     let is_continuous = !is_apart && is_continuous(samples, a, b);
     let is_pushed = kind == ChangeKind::Kink
         && (is_pushed(&samples[a.first..=a.last]) || is_pushed(&samples[b.first..=b.last]));
+    let beyond_node = if kind == ChangeKind::Junction { beyond_node(samples, a, b) } else { None };
     Change {
         quantity,
         gap,
@@ -147,9 +157,27 @@ fn change(
         is_continuous,
         jumps,
         corner,
+        beyond_node,
         nodes: (a.last, b.first),
         zeros,
     }
+}
+
+/// The place within a change at which a row meets its bound, on the line through the two nodes beside the change at which it is away from it, if
+/// the nearer one is clear of the bound.
+fn beyond_node(samples: &[NodeSample], a: &Run, b: &Run) -> Option<BeyondNode> {
+    let between_first = a.class == Class::Between;
+    let (run, bound) = if between_first { (a, b.class) } else { (b, a.class) };
+    let (near, next) = if between_first { (a.last, a.last.checked_sub(1)?) } else { (b.first, b.first + 1) };
+    if !(run.first..=run.last).contains(&next) {
+        return None;
+    }
+    let distance =
+        |i: usize| if bound == Class::Lower { samples[i].above_lower } else { samples[i].below_upper };
+    let (node, other) = (samples[near].fraction, samples[next].fraction);
+    let at = node + (node - other) * distance(near) / (distance(next) - distance(near));
+    let is_inside = samples[a.last].fraction < at && at < samples[b.first].fraction;
+    (distance(near) > NEAR && distance(near) < distance(next) && is_inside).then_some(BeyondNode { node, at })
 }
 
 /// True when nodes that are held at a bound have multipliers of the wrong sign.
@@ -456,9 +484,11 @@ mod tests {
             above_lower: 0.0,
             below_upper: 1.0,
             slope,
+            push: slope.abs(),
             is_concave: true,
             class: Class::Lower,
             course: Some(ArcKind::Lower),
+            rests: false,
         };
         slopes.into_iter().enumerate().map(sample).collect()
     }
@@ -535,5 +565,25 @@ mod tests {
         for none in [slowly, AT.repeat(2), AWAY.to_vec()] {
             assert_eq!(end_beside(&none, 4), None);
         }
+    }
+
+    #[test]
+    fn a_row_that_is_clear_of_its_bound_meets_it_beyond_the_node() {
+        let mut samples = at_lower_bound([0.0; 4]);
+        for (s, distance) in samples.iter_mut().zip([0.5, 0.3, 0.1, 0.0]) {
+            s.above_lower = distance;
+        }
+        let run = |class, first, last| Run { class, first, last, is_pulse: false };
+        let found = |samples: &[NodeSample]| {
+            beyond_node(samples, &run(Class::Between, 0, 2), &run(Class::Lower, 3, 3))
+        };
+        let meets = found(&samples);
+        let is_there = |b: BeyondNode| (b.node - 0.2).abs() + (b.at - 0.25).abs() < KINK_SETTLED;
+        assert!(meets.is_some_and(is_there));
+        // One that is there but for rounding, and one that does not come closer, meet it at the node or nowhere.
+        samples[2].above_lower = 1e-12;
+        assert!(found(&samples).is_none());
+        (samples[1].above_lower, samples[2].above_lower) = (0.1, 0.1);
+        assert!(found(&samples).is_none());
     }
 }

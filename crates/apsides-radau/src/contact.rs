@@ -150,9 +150,9 @@ impl Contacts {
                     past.iter().filter(|c| c.phase == k && c.touch.point.row == course.row).collect();
                 let largest_wrong = WRONG_SIGN * solution.objective / course.scale;
                 placed.extend(self.known(k, &past, &course, largest_wrong, solved));
-                let from_arcs = self.left_of_arcs(k, &course, &mut next);
+                let from_arcs = self.left_of_arcs(k, (&course, solved.structure), &mut next);
                 if !from_arcs && self.refuted.len() < MOST_REFUTED {
-                    self.found(k, &samples, &active, &course, p, &mut next);
+                    self.found(k, &samples, &active, (&course, solved.structure), p, &mut next);
                 }
             }
         }
@@ -205,9 +205,14 @@ impl Contacts {
     }
 
     /// Contacts where arcs along the bound of a row have come to nothing: once for each row, since arcs come from contacts that were none. Of
-    /// an arc between whose ends nothing presses the row to its bound there are contacts left, which a mesh without it shows. Returns true if
-    /// there are any.
-    fn left_of_arcs(&mut self, phase: usize, course: &RowCourse<'_>, next: &mut NextContacts) -> bool {
+    /// an arc between whose ends nothing presses the row to its bound there are contacts left, which a mesh without it shows; where controls at
+    /// their own bounds leave it there, none. Returns true if there are any.
+    fn left_of_arcs(
+        &mut self,
+        phase: usize,
+        (course, structure): (&RowCourse<'_>, &Structure<'_>),
+        next: &mut NextContacts,
+    ) -> bool {
         let (mesh, row) = (&course.trajectory.mesh, course.row);
         let mut any = false;
         if self.from_arcs.contains(&(phase, row)) {
@@ -221,6 +226,9 @@ impl Contacts {
             };
             let intervals = mesh.arc_intervals(k);
             let (start, end) = (mesh.fractions()[intervals.start], mesh.fractions()[intervals.end]);
+            if structure.rests_at(phase, row, 0.5 * (start + end)) {
+                continue;
+            }
             self.from_arcs.push((phase, row));
             next.settled = false;
             next.spared.extend((intervals.start.saturating_sub(1)..=intervals.end).map(|k| (phase, k)));
@@ -241,7 +249,7 @@ impl Contacts {
         phase: usize,
         samples: &[NodeSample],
         active: &[Active],
-        course: &RowCourse<'_>,
+        (course, structure): (&RowCourse<'_>, &Structure<'_>),
         p: &CollocationPhase,
         next: &mut NextContacts,
     ) {
@@ -267,7 +275,10 @@ impl Contacts {
             let again = |r: &Refuted| {
                 r.phase == phase && r.row == row && (r.at - at).abs() < r.gap && gap > CLOSER * r.gap
             };
-            if !(COLLAPSED..1.0 - COLLAPSED).contains(&at) || self.refuted.iter().any(again) {
+            if !(COLLAPSED..1.0 - COLLAPSED).contains(&at)
+                || self.refuted.iter().any(again)
+                || structure.rests_at(phase, row, at)
+            {
                 continue;
             }
             next.settled = false;

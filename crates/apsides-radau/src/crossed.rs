@@ -82,9 +82,11 @@ mod tests {
                     above_lower: 0.5,
                     below_upper: 0.5,
                     slope: function(fraction),
+                    push: function(fraction).abs(),
                     is_concave: true,
                     class,
                     course: Some(course),
+                    rests: false,
                 });
             }
         }

@@ -17,12 +17,14 @@ pub(crate) struct Determined {
 }
 
 /// The controls that follow along an arc with these classes, one for each row of linear controls alone that is held there all along. One that
-/// can swing between two bounds says more of where the arcs end than another one.
+/// can swing between two bounds says more of where the arcs end than another one. Of others the one that is pushed least
+/// against its bound follows: its multiplier comes down to zero first where that of the row changes, and those of all others keep their signs.
 pub(crate) fn determined(
     phase: &Phase,
     quantities: &[Quantity<'_>],
     class: &[Class],
     whole: &[bool],
+    pushes: &[f64],
 ) -> Vec<Determined> {
     let place = |c: usize| quantities.iter().position(|q| q.kind == QuantityKind::Control(c));
     let is_between = |c: &usize| place(*c).is_some_and(|k| class[k] == Class::Between);
@@ -33,20 +35,37 @@ pub(crate) fn determined(
     let held = (0..quantities.len()).filter(|k| class[*k] != Class::Between && whole[*k]);
     let kinds = held.map(|k| quantities[k].kind).chain(equalities(phase));
     let held_rows = kinds.filter(|kind| matches!(kind, QuantityKind::Row(_)));
-    let mut rows: Vec<Vec<usize>> =
-        held_rows.filter_map(|row| linear_controls(phase, quantities, row)).collect();
+    let rows = held_rows.filter_map(|row| Some((linear_controls(phase, quantities, row)?, row)));
+    let mut rows: Vec<(Vec<usize>, QuantityKind)> = rows.collect();
     // A row with fewer controls has less to choose from.
-    rows.sort_by_key(Vec::len);
+    rows.sort_by_key(|(controls, _)| controls.len());
     let mut chosen: Vec<(usize, &[usize])> = Vec::new();
-    for row in &rows {
+    // Where a state enters a row, too, one that is at its bound does not follow: it is the state that is kept.
+    let mut moved: Vec<usize> = Vec::new();
+    for (row, kind) in &rows {
         let open = row.iter().filter(|c| chosen.iter().all(|(other, _)| other != *c));
-        let control = open.min_by_key(|c| (!is_between(c), can_swing(c)));
+        let push = |c: &usize| place(*c).map_or(0.0, |k| pushes[k]);
+        let rank = |c: &usize| (!is_between(c), can_swing(c));
+        let control = open.min_by(|a, b| rank(a).cmp(&rank(b)).then(push(a).total_cmp(&push(b))));
         chosen.extend(control.map(|c| (*c, row.as_slice())));
+        moved.extend(control.filter(|c| !is_between(c) && !kind.is_of_controls_alone(phase)));
     }
-    let is_settled = |c: &usize| !is_between(c) || chosen.iter().any(|(control, _)| control == c);
+    // A control follows from what is held where all others of its row are held, or follow themselves.
+    let mut settled: Vec<usize> = Vec::new();
+    loop {
+        let is_settled =
+            |c: &usize| settled.contains(c) || !is_between(c) && chosen.iter().all(|(f, _)| f != c);
+        let follows = |(control, row): &&(usize, &[usize])| {
+            !settled.contains(control)
+                && !moved.contains(control)
+                && row.iter().all(|c| c == control || is_settled(c))
+        };
+        let Some((control, _)) = chosen.iter().find(follows) else { break };
+        settled.push(*control);
+    }
     let determined = chosen
         .iter()
-        .map(|(control, row)| Determined { control: *control, by_what_is_held: row.iter().all(is_settled) });
+        .map(|(control, _)| Determined { control: *control, by_what_is_held: settled.contains(control) });
     determined.collect()
 }
 

@@ -447,7 +447,7 @@ impl<'a> MeshSequence<'a> {
         let switches = found.structure.switches(ocp, &trajectory);
         let plain = without_arcs(plain);
         let points = total_points(&self.attempt.mesh);
-        let stalled = self.progress.has_stalled(estimate.error, trajectory.objective, points) && !accurate;
+        let stalled = self.progress.has_stalled((estimate.error, accurate), trajectory.objective, points);
         let adrift = self.settings.bent_starts > 0 && self.progress.is_adrift() && self.takes_longer();
         let error = if is_blind { f64::INFINITY } else { estimate.error };
         let beyond = estimate.beyond;

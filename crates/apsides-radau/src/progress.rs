@@ -47,17 +47,26 @@ impl Progress {
         self.meshes >= MESHES_ADRIFT && self.least_error >= ADRIFT
     }
 
-    /// Takes another mesh; true if the last ones have many more points, no less error and the same objective.
-    pub(crate) fn has_stalled(&mut self, error: f64, objective: f64, points: usize) -> bool {
+    /// Takes another mesh, of this error, which may be accurate; true if the last ones have many more points, no less error and the same
+    /// objective. One that is accurate does not count: it is refined for other reasons than its error.
+    pub(crate) fn has_stalled(
+        &mut self,
+        (error, is_accurate): (f64, bool),
+        objective: f64,
+        points: usize,
+    ) -> bool {
         self.meshes += 1;
         let moved = (objective - self.objective).abs() > SAME * objective.abs().max(1.0);
         let better = error < GAIN * self.least_error;
-        self.without_gain = if better || moved { 0 } else { self.without_gain + 1 };
+        self.without_gain = match better || moved {
+            true => 0,
+            false => self.without_gain + usize::from(!is_accurate),
+        };
         if better {
             (self.least_error, self.points) = (error, points);
         }
         self.objective = objective;
-        self.without_gain >= PATIENCE && points >= GROWTH * self.points
+        !is_accurate && self.without_gain >= PATIENCE && points >= GROWTH * self.points
     }
 }
 
@@ -69,21 +78,21 @@ mod tests {
     fn three_meshes_without_gain_are_the_end() {
         let mut progress = Progress::new();
         let meshes = [(1e-2, 40), (1e-3, 60), (2e-3, 90), (1e-3, 120)];
-        assert!(meshes.iter().all(|&(error, points)| !progress.has_stalled(error, 1.0, points)));
-        assert!(progress.has_stalled(1e-3, 1.0, 130));
+        assert!(meshes.iter().all(|&(error, points)| !progress.has_stalled((error, false), 1.0, points)));
+        assert!(progress.has_stalled((1e-3, false), 1.0, 130));
     }
 
     #[test]
     fn errors_hang_after_a_mesh_without_gain_close_to_the_tolerance() {
         let mut progress = Progress::new();
         assert!(!progress.hangs_above(1e-8));
-        progress.has_stalled(2e-7, 1.0, 40);
+        progress.has_stalled((2e-7, false), 1.0, 40);
         assert!(!progress.hangs_above(1e-8), "the first mesh");
-        progress.has_stalled(3e-7, 1.0, 60);
+        progress.has_stalled((3e-7, false), 1.0, 60);
         assert!(progress.hangs_above(1e-8));
         assert!(!progress.hangs_above(1e-6), "a mesh met it");
         assert!(!progress.hangs_above(1e-10), "far from it");
-        progress.has_stalled(1e-7, 1.0, 80);
+        progress.has_stalled((1e-7, false), 1.0, 80);
         assert!(!progress.hangs_above(1e-8), "a gain");
     }
 
@@ -92,7 +101,7 @@ mod tests {
         let adrift = |errors: &[f64]| {
             let mut progress = Progress::new();
             errors.iter().for_each(|error| {
-                progress.has_stalled(*error, 1.0, 40);
+                progress.has_stalled((*error, false), 1.0, 40);
             });
             progress.is_adrift()
         };
@@ -104,8 +113,18 @@ mod tests {
     #[test]
     fn a_falling_error_another_solution_and_few_points_go_on() {
         let mut progress = Progress::new();
-        assert!((0..9).all(|k| !progress.has_stalled(0.5_f64.powi(k), 1.0, 1 << k)));
-        assert!((0..9).all(|k| !progress.has_stalled(1.0, f64::from(k), 1000)));
-        assert!((0..9).all(|_| !progress.has_stalled(1.0, 1.0, 300)));
+        assert!((0..9).all(|k| !progress.has_stalled((0.5_f64.powi(k), false), 1.0, 1 << k)));
+        assert!((0..9).all(|k| !progress.has_stalled((1.0, false), f64::from(k), 1000)));
+        assert!((0..9).all(|_| !progress.has_stalled((1.0, false), 1.0, 300)));
+    }
+
+    #[test]
+    fn accurate_meshes_do_not_count_as_ones_without_gain() {
+        let mut progress = Progress::new();
+        let accurate = [(1e-12, 40), (2e-11, 60), (2e-11, 70), (2e-11, 80)];
+        assert!(accurate.iter().all(|&(error, points)| !progress.has_stalled((error, true), 1.0, points)));
+        let above = [(2e-10, 90), (2e-10, 100)];
+        assert!(above.iter().all(|&(error, points)| !progress.has_stalled((error, false), 1.0, points)));
+        assert!(progress.has_stalled((2e-10, false), 1.0, 110));
     }
 }

@@ -17,29 +17,36 @@ pub(crate) enum QuantityKind {
 impl QuantityKind {
     /// Says whether a control is the quantity or stands in its row.
     pub(crate) fn is_moved_by(self, phase: &Phase, control: usize) -> bool {
-        let stands_in = |row: usize| {
-            let mut first = 0;
-            phase.path.iter().any(|path| {
-                let own = row.checked_sub(first).filter(|k| *k < path.rows.len());
-                first += path.rows.len();
-                let pattern = path.function.pattern();
-                own.is_some_and(|k| {
-                    let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
-                    columns.contains(&(phase.states.len() + control))
-                })
-            })
-        };
         match self {
             Self::Control(c) => c == control,
-            Self::Row(row) => stands_in(row),
+            Self::Row(row) => columns(phase, row).contains(&(phase.states.len() + control)),
             Self::State(_) => false,
         }
+    }
+
+    /// Says whether nothing but controls stands in a row.
+    pub(crate) fn is_of_controls_alone(self, phase: &Phase) -> bool {
+        let first = phase.states.len();
+        let controls = first..first + phase.controls.len();
+        matches!(self, Self::Row(row) if columns(phase, row).iter().all(|c| controls.contains(c)))
     }
 
     /// Says whether there is a control that moves both.
     pub(crate) fn shares_a_control(self, phase: &Phase, other: Self) -> bool {
         (0..phase.controls.len()).any(|c| self.is_moved_by(phase, c) && other.is_moved_by(phase, c))
     }
+}
+
+/// The inputs in a row of the path constraints, by their columns.
+fn columns(phase: &Phase, row: usize) -> &[usize] {
+    let mut before = 0;
+    let found = phase.path.iter().find_map(|path| {
+        let own = row.checked_sub(before).filter(|k| *k < path.rows.len());
+        before += path.rows.len();
+        let pattern = path.function.pattern();
+        own.map(|k| &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]])
+    });
+    found.unwrap_or_default()
 }
 
 /// A control or path constraint row with bounds between which it can move.

@@ -3,7 +3,7 @@
 use apsides_ocp::PhaseMesh;
 
 use crate::activity::{COLLAPSED, CROSSING, Class};
-use crate::change::{Change, ChangeKind};
+use crate::change::{BeyondNode, Change, ChangeKind};
 
 /// Breaks of different quantities closer than this part of the phase are one.
 const SAME: f64 = 1e-4;
@@ -62,6 +62,7 @@ pub(crate) fn settle(
             ChangeKind::Unclear => {}
         }
     }
+    beyond_nodes(changes);
     let displaced = at_other_zeros(changes, before);
     at_jumps_of_others(changes);
     changes.sort_by(|a, b| a.at.total_cmp(&b.at));
@@ -92,6 +93,16 @@ pub(crate) fn settle(
         }
     }
     displaced
+}
+
+/// Rows that are clear of their bounds at a break still meet them beyond it; what else stands at the break goes with them.
+fn beyond_nodes(changes: &mut [Change]) {
+    let beyond: Vec<BeyondNode> = changes.iter().filter_map(|c| c.beyond_node).collect();
+    for BeyondNode { node, at } in beyond {
+        for c in changes.iter_mut().filter(|c| c.known == Some(node)) {
+            (c.at, c.known) = (at, None);
+        }
+    }
 }
 
 /// Changes of a control whose switching function has other zeros beside a break. A break is stationary at each zero; where the function has

@@ -173,7 +173,8 @@ impl Radau {
         Ok(solution)
     }
 
-    /// Solves with the angles between their bounds.
+    /// Solves with the angles between their bounds. Where a state may stay at the kink of a magnitude Newton's method turns back from either side:
+    /// what is not solved is solved with the parts of these magnitudes.
     fn solve_between_bounds(
         &self,
         ocp: &Ocp,
@@ -187,17 +188,39 @@ impl Radau {
         let ocp = within.as_ref().unwrap_or(ocp);
         let guess = if within.is_some() { guess_within(ocp, guess) } else { guess.clone() };
         let guess = guess.off_stationary_integrals(ocp);
+        let solution = self.solve_without_kinks_of_controls(ocp, &guess, mesh.clone(), observer)?;
+        if solution.status.is_success() || !may_go_on(solution.status) {
+            return Ok(solution);
+        }
+        let Some(smooth) = WithoutKinks::of_states_too(ocp) else { return Ok(solution) };
+        let start = smooth.guess(&guess);
+        let mut by_parts = self.solve_irredundant(&smooth.ocp, &start, without_arcs(&mesh), observer)?;
+        let is_solved = by_parts.status.is_success() && smooth.overlap(&by_parts.trajectory) <= OVERLAP;
+        if is_solved {
+            by_parts.trajectory = smooth.as_posed(by_parts.trajectory);
+        }
+        let (chosen, other) = if is_solved { (by_parts, solution) } else { (solution, by_parts) };
+        let meshes = other.meshes.into_iter().chain(chosen.meshes).collect();
+        Ok(RadauSolution { meshes, ..chosen })
+    }
+
+    /// Solves by the parts of magnitudes, directions and cosines of controls.
+    fn solve_without_kinks_of_controls(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: Mesh,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
         let Some(smooth) = WithoutKinks::of(ocp) else {
-            return self.solve_irredundant(ocp, &guess, mesh, observer);
+            return self.solve_irredundant(ocp, guess, mesh, observer);
         };
-        // An arc of a control is none of its parts.
-        let phases = mesh.phases.iter().cloned().map(PhaseMesh::without_arcs);
-        let plain = Mesh { phases: phases.collect() };
+        let plain = without_arcs(&mesh);
         let rounded = match smooth.rounded() {
-            Some(rounded) => self.rounded_start(rounded, &guess, plain.clone(), observer)?,
+            Some(rounded) => self.rounded_start(rounded, guess, plain.clone(), observer)?,
             None => None,
         };
-        let start = smooth.guess(rounded.as_ref().unwrap_or(&guess));
+        let start = smooth.guess(rounded.as_ref().unwrap_or(guess));
         let mut solution = self.solve_irredundant(&smooth.ocp, &start, plain, observer)?;
         let is_that_of_the_problem =
             solution.status.is_success() && smooth.overlap(&solution.trajectory) <= OVERLAP;
@@ -206,7 +229,7 @@ impl Radau {
             return Ok(solution);
         }
         // Parts that overlap gain what the magnitude does not.
-        let posed = self.solve_irredundant(ocp, &guess, mesh, observer)?;
+        let posed = self.solve_irredundant(ocp, guess, mesh, observer)?;
         let meshes = solution.meshes.into_iter().chain(posed.meshes).collect();
         Ok(RadauSolution { meshes, ..posed })
     }
@@ -246,6 +269,11 @@ impl Radau {
         solution.trajectory = irredundant.as_posed(solution.trajectory);
         Ok(solution)
     }
+}
+
+/// An arc of a control is none of its parts.
+fn without_arcs(mesh: &Mesh) -> Mesh {
+    Mesh { phases: mesh.phases.iter().cloned().map(PhaseMesh::without_arcs).collect() }
 }
 
 /// True if the solve ended for a reason that another mesh may not have.

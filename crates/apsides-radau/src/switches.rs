@@ -5,6 +5,8 @@
 //! meets its bound continuously does so at a kink, whose time has no effect of first or second order: its break does not move
 //! by itself, the bounds are left out on the free side, and the next mesh has the break where the polynomial meets the bound.
 
+use std::ops::Range;
+
 use apsides_nlp::SolveReport;
 pub use apsides_ocp::method::{Level, Switch};
 use apsides_ocp::{
@@ -13,13 +15,14 @@ use apsides_ocp::{
 
 use crate::RadauError;
 use crate::activity::{
-    Class, Solution, bound_all_along, boundary_runs, curvatures, pulses, runs, samples, settle_beside,
-    settle_inside,
+    AT_ONCE, CROSSING, Class, NodeSample, Solution, bound_all_along, boundary_runs, curvatures, keep_at_rest,
+    pulses, rests, runs, samples, settle_beside, settle_inside,
 };
 use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, changes};
 use crate::crossed::leave_crossed;
 use crate::determined::{are_bound, determined};
+use crate::junction::order;
 use crate::layout::CollocationPhase;
 use crate::quantity::{Quantity, QuantityKind, quantities};
 use crate::row_bends::row_bends;
@@ -39,6 +42,17 @@ struct PhaseStructure<'a> {
     kept_away: Vec<Class>,
     changes: Vec<Change>,
     displaced: Vec<Displaced>,
+    resting: Vec<Resting>,
+    /// Per quantity, normalised times of nodes, and what its bound costs there.
+    pushes: Vec<Vec<(f64, f64)>>,
+}
+
+/// A stretch along which controls at their bounds leave a row without controls at its own.
+struct Resting {
+    row: usize,
+    controls: Vec<usize>,
+    /// Normalised times of its first and last node.
+    nodes: (f64, f64),
 }
 
 /// The knowledge of earlier meshes.
@@ -120,6 +134,15 @@ impl<'a> Structure<'a> {
         let found = &self.phases[phase];
         let is_row = |c: &Change| found.quantities[c.quantity].kind == QuantityKind::Row(row);
         found.of_kind(ChangeKind::Junction).any(is_row)
+    }
+
+    /// Says whether controls at their bounds leave a row without controls at its own at a normalised time: whatever pushes it there is no contact.
+    pub(crate) fn rests_at(&self, phase: usize, row: usize, at: f64) -> bool {
+        let mut resting = self.phases[phase].resting.iter();
+        resting.any(|stretch| {
+            let is_there = (stretch.nodes.0..=stretch.nodes.1).contains(&at);
+            stretch.row == row && is_there
+        })
     }
 
     /// Says whether the mesh of the trajectory has exactly the breaks and arcs that were found; kinks may stand beside their breaks
@@ -257,7 +280,10 @@ impl PhaseStructure<'_> {
             let ends = &breaks[k.saturating_sub(1)..(k + 1).min(breaks.len())];
             let boundary = self.quantities.iter().zip(&class).filter(|(q, _)| q.is_boundary());
             let is_along_bound = boundary.into_iter().any(|(_, class)| *class != Class::Between);
-            let following = determined(self.phase, &self.quantities, &class, &whole);
+            let start = if k == 0 { 0.0 } else { breaks[k - 1].at };
+            let pushes: Vec<f64> =
+                self.pushes.iter().map(|pushes| mean_between(pushes, start, end)).collect();
+            let following = determined(self.phase, &self.quantities, &class, &whole, &pushes);
             for (index, ((q, class), whole)) in self.quantities.iter().zip(&class).zip(whole).enumerate() {
                 let has_kink = self.of_kind(ChangeKind::Kink).any(|c| c.quantity == index);
                 let between = match (q.affine, has_kink) {
@@ -316,15 +342,23 @@ fn phase_structure<'a>(
         kept_away: away,
         changes: Vec::new(),
         displaced: Vec::new(),
+        resting: Vec::new(),
+        pushes: vec![Vec::new(); quantities.len()],
     };
     // Where rows meet their bounds controls may oscillate for a few nodes.
     let mut gaps: Vec<(f64, f64)> = Vec::new();
     // Controls that alone hold a row along an arc at its bound, and the first and last node of the arc.
     let mut held: Vec<(usize, f64, f64)> = Vec::new();
+    let arcs: Vec<Range<usize>> = (0..t.mesh.arcs().len()).map(|k| t.mesh.arc_intervals(k)).collect();
     for (k, q) in quantities.iter_mut().enumerate().rev() {
         let (mut samples, affine) = samples(q, p, t, solution);
         settle_inside(q, &mut samples, &held);
+        if let QuantityKind::Control(control) = q.kind {
+            let own = found.resting.iter().filter(|stretch| stretch.controls.contains(&control));
+            keep_at_rest(&mut samples, &own.map(|stretch| stretch.nodes).collect::<Vec<_>>(), &arcs);
+        }
         q.affine = affine;
+        found.pushes[k] = samples.iter().map(|s| (s.fraction, s.push)).collect();
         let mut runs = if q.is_boundary() { boundary_runs(&samples) } else { runs(&samples) };
         if q.affine {
             leave_crossed(&samples, &mut runs);
@@ -338,6 +372,19 @@ fn phase_structure<'a>(
         let changes = changes(k, q, &samples, &runs, &steered);
         if q.is_boundary() {
             gaps.extend(changes.iter().map(|c| c.gap));
+            if let QuantityKind::Row(row) = q.kind {
+                let controls: Vec<usize> = q.held_by.iter().map(|(c, _)| *c).collect();
+                // Where a row touches its bound in an instant nodes close by are as close: in a corner, as of the first order, or on a parabola.
+                let most = if order(phase, row).is_some_and(|o| o.order == 1) { 1 } else { CROSSING };
+                let lasts = |nodes: &&[NodeSample]| {
+                    nodes.len() > most && nodes[nodes.len() - 1].fraction - nodes[0].fraction > AT_ONCE
+                };
+                found.resting.extend(rests(&samples).filter(lasts).map(|nodes| Resting {
+                    row,
+                    controls: controls.clone(),
+                    nodes: (nodes[0].fraction, nodes[nodes.len() - 1].fraction),
+                }));
+            }
             if let [(control, _)] = q.held_by[..] {
                 let arcs = runs.iter().filter(|r| r.class != Class::Between);
                 held.extend(arcs.map(|r| (control, samples[r.first].fraction, samples[r.last].fraction)));
@@ -352,6 +399,13 @@ fn phase_structure<'a>(
     found.displaced = settle(&mut found.changes, &t.mesh, displaced, are_bound, share_a_control);
     found.quantities = quantities;
     found
+}
+
+/// The mean of the values at nodes between two times; zero if there are none.
+fn mean_between(nodes: &[(f64, f64)], start: f64, end: f64) -> f64 {
+    let inside = nodes.iter().filter(|(at, _)| (start..end).contains(at));
+    let (sum, count) = inside.fold((0.0, 0_usize), |(sum, count), (_, value)| (sum + value, count + 1));
+    sum / count.max(1) as f64
 }
 
 /// True if the mesh holds a quantity at a bound along an interval.

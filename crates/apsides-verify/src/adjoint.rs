@@ -32,14 +32,14 @@ use crate::equations::Equations;
 use crate::optimality::{self, Among};
 use crate::second_order::corners;
 use chain::Chain;
-use held::BoundSide;
+use held::{BoundSide, best_part};
 use leg::Legs;
 use triangle::Triangle;
 
 /// Weight of the stated costates, which decide where nothing else does.
 const PRIOR_WEIGHT: f64 = 1e-7;
 /// Passes over the inequalities, at most: each takes a triangulation of the whole.
-const PASSES: usize = 20;
+const PASSES: usize = 50;
 
 /// Unknowns that belong to no interval: multipliers of endpoint constraints, then of integrals.
 struct Globals {
@@ -92,10 +92,9 @@ pub(crate) fn with_costates(
         // Multipliers that nothing decides are zero.
         shared.add_prior(PRIOR_WEIGHT);
         multipliers = shared.solve()?;
-        let mut has_changed = false;
-        for chain in &mut chains {
-            has_changed |= chain.settle(&multipliers);
-        }
+        chains.iter_mut().for_each(|chain| chain.evaluate(&multipliers));
+        let part = best_part(chains.iter().flat_map(Chain::conditions));
+        let has_changed = chains.iter_mut().fold(false, |any, chain| chain.settle(part) || any);
         if !has_changed {
             break;
         }

@@ -2,7 +2,7 @@
 //!
 //! Between the samples the controls are constant, linear or cubic, or where the samples say of which intervals they are the nodes, the polynomials
 //! through those, whichever leads the flight from the first sample closest to the others. The states are those of that flight, so that
-//! everything else is judged as for any trajectory; how far the samples are from it is told. Two samples at one time are a jump of the controls.
+//! everything else is judged as for any trajectory; whether the samples are those of it is a check of its own. Two samples at one time are a jump of the controls.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -14,7 +14,8 @@ use apsides_ocp::{
 
 use crate::ends::Ends;
 use crate::simulation::{self, Flight, Places};
-use crate::{VerifyError, VerifySettings};
+use crate::worst::Worst;
+use crate::{Check, CheckKind, VerifyError, VerifySettings};
 
 /// Nodes of the states in each interval.
 const NODES: usize = 6;
@@ -72,6 +73,8 @@ pub struct Sampled {
     pub deviation: f64,
     /// Name of the state of largest distance, with its time.
     pub place: String,
+    /// Per phase that was flown, whether the samples are those of the flight. The certificate of [`Self::trajectory`] alone is that of the flight.
+    pub checks: Vec<Check>,
 }
 
 /// Makes a trajectory of samples, by the interpolation given or the one that fits best.
@@ -206,31 +209,33 @@ fn fly(
     };
     // The states flown are joined at the ends of intervals alone.
     let flights = simulation::fly_in_pieces(ocp, &trajectory, &scaling, settings, Places::Breaks, stays);
-    let (mut deviation, mut place) = (0.0f64, String::new());
+    let (mut deviation, mut place, mut checks) = (0.0f64, String::new(), Vec::new());
     for (k, (samples, flight)) in phases.iter().zip(&flights).enumerate() {
         if let Some(failure) = &flight.failure {
             deviation = f64::INFINITY;
             place = format!("phase `{}` stops at {}: {}", ocp.phases[k].name, failure.time, failure.reason);
             continue;
         }
-        let scales = &scaling.phases[k].states;
-        for (state, (distance, time)) in
-            distances(samples, &trajectory.phases[k], flight).into_iter().enumerate()
+        let phase = &ocp.phases[k];
+        let mut worst = Worst::default();
+        let states = phase.states.iter().zip(&scaling.phases[k].states);
+        for ((state, scale), (distance, time)) in
+            states.zip(distances(samples, &trajectory.phases[k], flight))
         {
-            if distance / scales[state] > deviation {
-                deviation = distance / scales[state];
-                place = format!(
-                    "{}, {}",
-                    ocp.phases[k].states[state].variable.name,
-                    crate::place::place(&ocp.phases[k], time)
-                );
+            let at = || format!("{}, {}", state.variable.name, crate::place::place(phase, time));
+            let limit = (settings.path_tolerance * scale).max(state.tolerance.unwrap_or(0.0));
+            worst.consider(distance, limit, &state.variable.unit, at);
+            if distance / scale > deviation {
+                (deviation, place) = (distance / scale, at());
             }
         }
+        let name = format!("samples along {} against the re-simulation", phase.name);
+        checks.extend(worst.into_check(name, CheckKind::Feasibility));
         trajectory.phases[k].state = flown(&trajectory.phases[k], flight)?;
     }
     let integrals: Vec<_> = flights.iter().map(|f| f.integrals.clone()).collect();
     trajectory.objective = Ends::of(&trajectory).objective(ocp, &integrals);
-    Ok(Sampled { trajectory, interpolation, deviation, place })
+    Ok(Sampled { trajectory, interpolation, deviation, place, checks })
 }
 
 /// The states with the integrals that are states, where they were left away, by the trapezoidal rule.

@@ -45,7 +45,11 @@ pub(super) fn explain(
     let mut text = format!("{}", solution.status);
     match (conflict.filter(|c| c.status.is_success()), &solution.unmet) {
         (Some(found), _) => text += &format!(": {found}"),
-        (None, Some(unmet)) => text += &format!(": {unmet}: cannot be met"),
+        // What a solve that came to no end misses is no verdict on it.
+        (None, Some(unmet)) if solution.status == Status::Infeasible => {
+            text += &format!(": {unmet}: cannot be met");
+        }
+        (None, Some(unmet)) => text += &format!(": {unmet} so far"),
         (None, None) => {}
     }
     Some(text)

@@ -157,24 +157,34 @@ impl<'a> Chain<'a> {
         self.triangle.close()
     }
 
-    /// Lets the inequalities that the unknowns miss count from now on, and these alone. True if they are others than before.
-    pub(super) fn settle(&mut self, multipliers: &[f64]) -> bool {
+    /// Evaluates all conditions for the unknowns that come closest to those that count.
+    pub(super) fn evaluate(&mut self, multipliers: &[f64]) {
         let nx = self.phase.states.len();
         let found = self.triangle.back(multipliers);
         let shared: Vec<f64> = multipliers.iter().copied().chain([1.0]).collect();
-        let mut changed = false;
-        let mut settle = |rows: &mut [LinearCondition], unknowns: &[f64]| {
-            rows.iter_mut().for_each(|row| changed |= row.settle(unknowns));
+        let evaluate = |rows: &mut [LinearCondition], unknowns: &[f64]| {
+            rows.iter_mut().for_each(|row| row.evaluate(unknowns));
         };
         for (leg, w) in self.flown.iter_mut().zip(found.windows(2)) {
             let unknowns: Vec<f64> = w[0].iter().chain(&w[1][..nx]).chain(&shared).copied().collect();
-            settle(&mut leg.rows, &unknowns);
+            evaluate(&mut leg.rows, &unknowns);
         }
         for (at, rows) in [(0, &mut self.start), (self.flown.len(), &mut self.end)] {
             let unknowns: Vec<f64> = found[at][..nx].iter().chain(&shared).copied().collect();
-            settle(rows, &unknowns);
+            evaluate(rows, &unknowns);
         }
-        changed
+    }
+
+    pub(super) fn conditions(&self) -> impl Iterator<Item = &LinearCondition> {
+        self.flown.iter().flat_map(|leg| &leg.rows).chain(&self.start).chain(&self.end)
+    }
+
+    /// Goes a part of the way to the unknowns, and lets the inequalities that are missed there count from now on, and these alone. True if they
+    /// are others than before.
+    pub(super) fn settle(&mut self, part: f64) -> bool {
+        let rows = self.flown.iter_mut().flat_map(|leg| &mut leg.rows);
+        let rows = rows.chain(&mut self.start).chain(&mut self.end);
+        rows.fold(false, |any, row| row.settle(part) || any)
     }
 
     pub(super) fn write(mut self, multipliers: &[f64], phase: &mut PhaseTrajectory) -> Option<()> {
