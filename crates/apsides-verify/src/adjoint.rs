@@ -94,8 +94,8 @@ pub(crate) fn with_costates(
         multipliers = shared.solve()?;
         chains.iter_mut().for_each(|chain| chain.evaluate(&multipliers));
         let part = best_part(chains.iter().flat_map(Chain::conditions));
-        let has_changed = chains.iter_mut().fold(false, |any, chain| chain.settle(part) || any);
-        if !has_changed {
+        let changed: usize = chains.iter_mut().map(|chain| chain.settle(part)).sum();
+        if changed == 0 {
             break;
         }
     }

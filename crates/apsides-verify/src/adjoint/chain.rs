@@ -179,12 +179,12 @@ impl<'a> Chain<'a> {
         self.flown.iter().flat_map(|leg| &leg.rows).chain(&self.start).chain(&self.end)
     }
 
-    /// Goes a part of the way to the unknowns, and lets the inequalities that are missed there count from now on, and these alone. True if they
-    /// are others than before.
-    pub(super) fn settle(&mut self, part: f64) -> bool {
+    /// Goes a part of the way to the unknowns, and lets the inequalities that are missed there count from now on, and these alone. Returns how many
+    /// count that did not before, or do not any more.
+    pub(super) fn settle(&mut self, part: f64) -> usize {
         let rows = self.flown.iter_mut().flat_map(|leg| &mut leg.rows);
         let rows = rows.chain(&mut self.start).chain(&mut self.end);
-        rows.fold(false, |any, row| row.settle(part) || any)
+        rows.map(|row| usize::from(row.settle(part))).sum()
     }
 
     pub(super) fn write(mut self, multipliers: &[f64], phase: &mut PhaseTrajectory) -> Option<()> {
