@@ -81,6 +81,14 @@ pub struct RadauSolution {
     pub report: SolveReport,
 }
 
+impl RadauSolution {
+    /// The same after the meshes of an earlier attempt.
+    fn after(self, mut earlier: Vec<MeshRecord>) -> Self {
+        earlier.extend(self.meshes);
+        Self { meshes: earlier, ..self }
+    }
+}
+
 impl Radau {
     /// Solves from the mesh of the settings.
     ///
@@ -142,8 +150,7 @@ impl Radau {
             return Ok(RadauSolution { meshes, ..stopped });
         }
         on.trajectory = turns.as_posed(&on.trajectory)?;
-        let meshes = stopped.meshes.into_iter().chain(on.meshes).collect();
-        Ok(RadauSolution { meshes, ..on })
+        Ok(on.after(stopped.meshes))
     }
 
     /// Solves with the angles between their bounds, from bent guesses where no mesh carries the flight that the guess leads to.
@@ -167,8 +174,7 @@ impl Radau {
                 break;
             }
             let next = solve(number, observer)?;
-            let meshes = solution.meshes.into_iter().chain(next.meshes).collect();
-            solution = RadauSolution { meshes, ..next };
+            solution = next.after(solution.meshes);
         }
         Ok(solution)
     }
@@ -200,8 +206,7 @@ impl Radau {
             by_parts.trajectory = smooth.as_posed(by_parts.trajectory);
         }
         let (chosen, other) = if is_solved { (by_parts, solution) } else { (solution, by_parts) };
-        let meshes = other.meshes.into_iter().chain(chosen.meshes).collect();
-        Ok(RadauSolution { meshes, ..chosen })
+        Ok(chosen.after(other.meshes))
     }
 
     /// Solves by the parts of magnitudes, directions and cosines of controls.
@@ -230,8 +235,7 @@ impl Radau {
         }
         // Parts that overlap gain what the magnitude does not.
         let posed = self.solve_irredundant(ocp, guess, mesh, observer)?;
-        let meshes = solution.meshes.into_iter().chain(posed.meshes).collect();
-        Ok(RadauSolution { meshes, ..posed })
+        Ok(posed.after(solution.meshes))
     }
 
     /// The solution with rounded lengths of vectors of controls on the first mesh; none where it has none.
@@ -263,8 +267,7 @@ impl Radau {
         if solution.status.is_success() && irredundant.misses_ends(&solution.trajectory) {
             irredundant = irredundant.with_posed_ends(ocp);
             let again = self.solve_with_starts(&irredundant.ocp, guess, &meant, observer)?;
-            let meshes = solution.meshes.into_iter().chain(again.meshes).collect();
-            solution = RadauSolution { meshes, ..again };
+            solution = again.after(solution.meshes);
         }
         solution.trajectory = irredundant.as_posed(solution.trajectory);
         Ok(solution)

@@ -127,6 +127,9 @@ fn check(ocp: &Ocp, phases: &[PhaseSamples], parameters: &[f64]) -> Result<(), V
             let (x, u) = (states.len(), controls.len());
             return Err(unfit(format!("phase `{name}`: {} times, {x} states, {u} controls", times.len())));
         }
+        if let Some(k) = times.windows(2).position(|w| w[1] < w[0]) {
+            return Err(unfit(format!("phase `{name}`: the times decrease after sample {}", k + 1)));
+        }
         if times.len() < 2 || times[0] >= times[times.len() - 1] {
             return Err(unfit(format!("phase `{name}`: at least two samples at different times are needed")));
         }
@@ -137,9 +140,6 @@ fn check(ocp: &Ocp, phases: &[PhaseSamples], parameters: &[f64]) -> Result<(), V
                     "phase `{name}`: the intervals of the samples do not follow each other"
                 )));
             }
-        }
-        if let Some(k) = times.windows(2).position(|w| w[1] < w[0]) {
-            return Err(unfit(format!("phase `{name}`: the times decrease after sample {}", k + 1)));
         }
         let sizes = |rows: &[Vec<f64>], n: usize| rows.iter().all(|r| r.len() == n);
         let has_states = sizes(states, phase.model_states()) || sizes(states, phase.states.len());

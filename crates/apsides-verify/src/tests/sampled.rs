@@ -97,6 +97,20 @@ fn samples_of_another_flight_are_not() {
 }
 
 #[test]
+fn samples_that_are_not_those_of_the_flight_fail_a_check() {
+    let ocp = energy_problem();
+    let checks = |off: f64| {
+        let mut stated = samples(21, |t| 6.0 - 12.0 * t);
+        stated.states[10][0] += off;
+        sampled(&ocp, &[stated], &[], None, &settings()).expect("fits").checks
+    };
+    let [check] = &checks(0.01)[..] else { panic!("one phase") };
+    assert!(!check.passed && (check.value - 0.01).abs() < INTEGRATION, "{check:?}");
+    assert!(check.at.contains("t = 0.5"), "{}", check.at);
+    assert!(checks(0.0).iter().all(|check| check.passed));
+}
+
+#[test]
 fn two_samples_at_one_time_are_a_jump() {
     let phase = Phase::new("dash", DoubleIntegrator)
         .states([
@@ -132,6 +146,7 @@ fn unfit_samples_are_refused() {
         assert!(message.contains(part), "{message}");
     };
     refused(PhaseSamples { times: vec![0.0, 1.0, 0.5], ..good() }, "decrease after sample 2");
+    refused(PhaseSamples { times: vec![1.0, 0.5, 0.0], ..good() }, "decrease after sample 1");
     refused(PhaseSamples { times: vec![0.0, 1.0], ..good() }, "2 times, 3 states");
     refused(PhaseSamples { times: vec![0.0, f64::NAN, 1.0], ..good() }, "finite");
     refused(PhaseSamples { controls: vec![vec![]; 3], ..good() }, "expected 2 states and 1 controls");
