@@ -272,6 +272,9 @@ fn a_time_limit_ends_with_the_best_so_far() {
         let o = apsides(&[arguments, &limit].concat());
         assert_eq!(o.status.code(), Some(3), "{arguments:?}: {}{}", stdout(&o), stderr(&o));
         assert!(dir.path().join(file).is_file(), "{arguments:?}: {}", stderr(&o));
+        // What was missed so far is no verdict.
+        let said = stdout(&o) + &stderr(&o);
+        assert!(!said.contains("cannot be met"), "{arguments:?}: {said}");
         assert!(begin.elapsed() < Duration::from_secs(20), "{arguments:?}: {:?}", begin.elapsed());
     }
     for bad in ["0", "-1", "nan", "inf"] {

@@ -163,3 +163,34 @@ impl CentralBody {
         Orientation::of_pole(alpha, delta, w)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Kilometres of the equator.
+    const KILOMETRES_PER_DEGREE: f64 = 111.3;
+
+    /// Kilometres that are said in whole ones.
+    const ROUNDED: f64 = 0.6;
+
+    /// Days of TDB from J2000 and the seconds from UT1 to TDB: the start of 2000 (IERS), and of 2030 with no leap second after 2017.
+    const EPOCHS: [(f64, f64, f64); 2] = [(0.0, 63.8, 5.0), (10_957.5, 69.2, 10.0)];
+
+    #[test]
+    fn the_axes_of_the_earth_are_as_far_from_the_rotation_angle_as_is_said() {
+        for (days, behind, kilometres) in EPOCHS {
+            let centuries = days * DAY / CENTURY;
+            // IERS Conventions (2010), eq. 5.15, deg: whole turns in whole days are left out.
+            let ut1 = days - behind / DAY;
+            let angle = 360.0 * (0.779_057_273_264_0 + 0.002_737_811_911_354_48 * ut1 + ut1.fract());
+            let node = 90.0 + EARTH.ascension[0] + EARTH.ascension[1] * centuries;
+            let meridian = node + EARTH.meridian[0] + EARTH.meridian[1] * days;
+            let apart = (angle - meridian + 180.0).rem_euclid(360.0) - 180.0;
+            assert!(
+                (apart.abs() * KILOMETRES_PER_DEGREE - kilometres).abs() < ROUNDED,
+                "{days}: {apart} deg"
+            );
+        }
+    }
+}

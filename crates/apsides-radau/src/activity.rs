@@ -80,6 +80,15 @@ impl Class {
         }
     }
 
+    /// The bound that a course holds a quantity at, if it does.
+    fn held_by(course: Option<ArcKind>) -> Option<Self> {
+        match course {
+            Some(ArcKind::Lower) => Some(Self::Lower),
+            Some(ArcKind::Upper) => Some(Self::Upper),
+            Some(ArcKind::Singular | ArcKind::Free) | None => None,
+        }
+    }
+
     pub(crate) fn opposite(self, other: Self) -> bool {
         matches!((self, other), (Self::Lower, Self::Upper) | (Self::Upper, Self::Lower))
     }
@@ -114,7 +123,7 @@ pub(crate) struct NodeSample {
 impl NodeSample {
     /// True where the mesh holds the quantity at a bound.
     pub(crate) fn is_held(&self) -> bool {
-        matches!(self.course, Some(ArcKind::Lower | ArcKind::Upper))
+        Class::held_by(self.course).is_some()
     }
 }
 
@@ -257,16 +266,11 @@ pub(crate) fn is_between(value: f64, variable: &Variable) -> bool {
 /// A multiplier of the wrong sign at the very ends of what is held says that it is not yet exact, since the break stands at
 /// the best place.
 fn keep_ends(samples: &mut [NodeSample]) {
-    let held_class = |course: ArcKind| match course {
-        ArcKind::Lower => Some(Class::Lower),
-        ArcKind::Upper => Some(Class::Upper),
-        ArcKind::Singular | ArcKind::Free => None,
-    };
     let mut start = 0;
     while start < samples.len() {
         let course = samples[start].course;
         let end = (start..samples.len()).find(|&i| samples[i].course != course).unwrap_or(samples.len());
-        if let Some(own) = course.and_then(held_class) {
+        if let Some(own) = Class::held_by(course) {
             let wrong = |s: &&NodeSample| s.class != own;
             let tail = samples[start..end].iter().rev().take_while(wrong).count();
             let head = samples[start..end].iter().take_while(wrong).count();
@@ -445,11 +449,7 @@ fn keep_held(samples: &[NodeSample], classes: &mut [Class]) {
     while start < samples.len() {
         let course = samples[start].course;
         let end = (start..samples.len()).find(|&i| samples[i].course != course).unwrap_or(samples.len());
-        let own = match course {
-            Some(ArcKind::Lower) => Class::Lower,
-            Some(ArcKind::Upper) => Class::Upper,
-            _ => Class::Between,
-        };
+        let own = Class::held_by(course).unwrap_or(Class::Between);
         let arc = &mut classes[start..end];
         let wrong = arc.iter().filter(|c| **c != own).count();
         if own != Class::Between && 2 * wrong < arc.len() {
@@ -489,12 +489,9 @@ pub(crate) fn keep_at_rest(samples: &mut [NodeSample], rests: &[(f64, f64)], arc
             continue;
         }
         for s in along {
-            let own = match s.course {
-                Some(ArcKind::Lower) => Class::Lower,
-                Some(ArcKind::Upper) => Class::Upper,
-                _ => continue,
-            };
-            (s.class, s.slope) = (own, 0.0);
+            if let Some(own) = Class::held_by(s.course) {
+                (s.class, s.slope) = (own, 0.0);
+            }
         }
     }
 }

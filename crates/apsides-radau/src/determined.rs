@@ -24,7 +24,7 @@ pub(crate) fn determined(
     quantities: &[Quantity<'_>],
     class: &[Class],
     whole: &[bool],
-    pushes: &[f64],
+    push: impl Fn(usize) -> f64,
 ) -> Vec<Determined> {
     let place = |c: usize| quantities.iter().position(|q| q.kind == QuantityKind::Control(c));
     let is_between = |c: &usize| place(*c).is_some_and(|k| class[k] == Class::Between);
@@ -44,7 +44,7 @@ pub(crate) fn determined(
     let mut moved: Vec<usize> = Vec::new();
     for (row, kind) in &rows {
         let open = row.iter().filter(|c| chosen.iter().all(|(other, _)| other != *c));
-        let push = |c: &usize| place(*c).map_or(0.0, |k| pushes[k]);
+        let push = |c: &usize| place(*c).map_or(0.0, &push);
         let rank = |c: &usize| (!is_between(c), can_swing(c));
         let control = open.min_by(|a, b| rank(a).cmp(&rank(b)).then(push(a).total_cmp(&push(b))));
         chosen.extend(control.map(|c| (*c, row.as_slice())));

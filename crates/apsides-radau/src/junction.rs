@@ -67,7 +67,7 @@ pub(crate) fn slopes_by_states(
 }
 
 /// The inputs that a row depends on.
-fn columns(phase: &Phase, row: usize) -> Option<&[usize]> {
+pub(crate) fn columns(phase: &Phase, row: usize) -> Option<&[usize]> {
     let (path, output) = row_function(phase, row)?;
     let pattern = path.function.pattern();
     Some(&pattern.columns[pattern.row_offsets[output]..pattern.row_offsets[output + 1]])

@@ -3,7 +3,7 @@
 use apsides_nlp::SolveReport;
 use apsides_ocp::{Bounds, Phase, Variable};
 
-use crate::junction::order;
+use crate::junction::{Order, columns, order};
 use crate::layout::CollocationPhase;
 
 /// Index of a control, of a path constraint row or of a state.
@@ -19,7 +19,9 @@ impl QuantityKind {
     pub(crate) fn is_moved_by(self, phase: &Phase, control: usize) -> bool {
         match self {
             Self::Control(c) => c == control,
-            Self::Row(row) => columns(phase, row).contains(&(phase.states.len() + control)),
+            Self::Row(row) => {
+                columns(phase, row).is_some_and(|c| c.contains(&(phase.states.len() + control)))
+            }
             Self::State(_) => false,
         }
     }
@@ -28,25 +30,14 @@ impl QuantityKind {
     pub(crate) fn is_of_controls_alone(self, phase: &Phase) -> bool {
         let first = phase.states.len();
         let controls = first..first + phase.controls.len();
-        matches!(self, Self::Row(row) if columns(phase, row).iter().all(|c| controls.contains(c)))
+        let inputs = if let Self::Row(row) = self { columns(phase, row) } else { None };
+        inputs.is_some_and(|inputs| inputs.iter().all(|c| controls.contains(c)))
     }
 
     /// Says whether there is a control that moves both.
     pub(crate) fn shares_a_control(self, phase: &Phase, other: Self) -> bool {
         (0..phase.controls.len()).any(|c| self.is_moved_by(phase, c) && other.is_moved_by(phase, c))
     }
-}
-
-/// The inputs in a row of the path constraints, by their columns.
-fn columns(phase: &Phase, row: usize) -> &[usize] {
-    let mut before = 0;
-    let found = phase.path.iter().find_map(|path| {
-        let own = row.checked_sub(before).filter(|k| *k < path.rows.len());
-        before += path.rows.len();
-        let pattern = path.function.pattern();
-        own.map(|k| &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]])
-    });
-    found.unwrap_or_default()
 }
 
 /// A control or path constraint row with bounds between which it can move.
@@ -60,6 +51,8 @@ pub(crate) struct Quantity<'a> {
     pub(crate) affine: bool,
     /// For a row without controls whose arcs along its bounds have junctions, the controls that hold it there; else none.
     pub(crate) held_by: Vec<(usize, &'a Variable)>,
+    /// The order of the rate by which they do.
+    pub(crate) order: usize,
 }
 
 impl<'a> Quantity<'a> {
@@ -70,12 +63,13 @@ impl<'a> Quantity<'a> {
         let range = if width.is_finite() { Some(width) } else { variable.size() };
         let usable = bounds != Bounds::FREE && !bounds.is_fixed();
         let held_by = Vec::new();
-        usable.then_some(Self { kind, variable, range, has_control, affine: false, held_by })
+        usable.then_some(Self { kind, variable, range, has_control, affine: false, held_by, order: 0 })
     }
 
-    /// As one without controls that some of these hold along arcs at its bounds.
-    pub(crate) fn held_by(self, phase: &'a Phase, controls: Vec<usize>) -> Self {
-        Self { held_by: controls.into_iter().map(|c| (c, &phase.controls[c])).collect(), ..self }
+    /// As one without controls that some hold along arcs at its bounds, by a rate of this order.
+    pub(crate) fn held_by(self, phase: &'a Phase, order: Order) -> Self {
+        let held_by = order.controls.into_iter().map(|c| (c, &phase.controls[c])).collect();
+        Self { held_by, order: order.order, ..self }
     }
 
     /// The distance of its bounds, or the size of the only one; where that is zero, how far from it a quantity that no control occurs in
@@ -120,7 +114,7 @@ pub(crate) fn quantities(phase: &Phase) -> Vec<Quantity<'_>> {
     // Without a control in it a row cannot jump.
     let boundary = rows_without_controls(phase).into_iter().filter_map(|q| {
         let QuantityKind::Row(row) = q.kind else { return None };
-        Some(q.held_by(phase, order(phase, row)?.controls))
+        Some(q.held_by(phase, order(phase, row)?))
     });
     others.chain(boundary).collect()
 }

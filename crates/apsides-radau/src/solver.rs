@@ -6,12 +6,13 @@ use apsides_nlp::{Observer, SolveReport, Status};
 use apsides_ocp::effective_controls::{guess_within, within_effect};
 use apsides_ocp::explicit_time::starting_behind_jumps;
 use apsides_ocp::method::Counters;
-use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Trajectory, Turns, Unmet, WithoutKinks};
+use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Turns, Unmet, WithoutKinks};
 
 use crate::RadauError;
 use crate::redundant::Irredundant;
 use crate::scales::ScaleWarning;
 pub use crate::settings::RadauSettings;
+use crate::state_bounds::without_arcs;
 use crate::switches::Switch;
 
 /// Largest overlap of the parts of a magnitude of which a solution is one of the problem as it was posed.
@@ -200,13 +201,14 @@ impl Radau {
         }
         let Some(smooth) = WithoutKinks::of_states_too(ocp) else { return Ok(solution) };
         let start = smooth.guess(&guess);
-        let mut by_parts = self.solve_irredundant(&smooth.ocp, &start, without_arcs(&mesh), observer)?;
-        let is_solved = by_parts.status.is_success() && smooth.overlap(&by_parts.trajectory) <= OVERLAP;
-        if is_solved {
+        let mut by_parts = self.solve_irredundant(&smooth.ocp, &start, without_arcs(mesh), observer)?;
+        if solves_as_posed(&smooth, &by_parts) {
             by_parts.trajectory = smooth.as_posed(by_parts.trajectory);
+            return Ok(by_parts.after(solution.meshes));
         }
-        let (chosen, other) = if is_solved { (by_parts, solution) } else { (solution, by_parts) };
-        Ok(chosen.after(other.meshes))
+        // What was stopped was not finished.
+        let status = if may_go_on(by_parts.status) { solution.status } else { by_parts.status };
+        Ok(RadauSolution { status, ..solution.after(by_parts.meshes) })
     }
 
     /// Solves by the parts of magnitudes, directions and cosines of controls.
@@ -220,16 +222,15 @@ impl Radau {
         let Some(smooth) = WithoutKinks::of(ocp) else {
             return self.solve_irredundant(ocp, guess, mesh, observer);
         };
-        let plain = without_arcs(&mesh);
+        // An arc of a control is none of its parts.
+        let plain = without_arcs(mesh.clone());
         let rounded = match smooth.rounded() {
             Some(rounded) => self.rounded_start(rounded, guess, plain.clone(), observer)?,
             None => None,
         };
         let start = smooth.guess(rounded.as_ref().unwrap_or(guess));
         let mut solution = self.solve_irredundant(&smooth.ocp, &start, plain, observer)?;
-        let is_that_of_the_problem =
-            solution.status.is_success() && smooth.overlap(&solution.trajectory) <= OVERLAP;
-        if is_that_of_the_problem || !may_go_on(solution.status) {
+        if solves_as_posed(&smooth, &solution) || !may_go_on(solution.status) {
             solution.trajectory = smooth.as_posed(solution.trajectory);
             return Ok(solution);
         }
@@ -274,9 +275,9 @@ impl Radau {
     }
 }
 
-/// An arc of a control is none of its parts.
-fn without_arcs(mesh: &Mesh) -> Mesh {
-    Mesh { phases: mesh.phases.iter().cloned().map(PhaseMesh::without_arcs).collect() }
+/// True if a solution by parts is one of the problem as it was posed.
+fn solves_as_posed(smooth: &WithoutKinks, solution: &RadauSolution) -> bool {
+    solution.status.is_success() && smooth.overlap(&solution.trajectory) <= OVERLAP
 }
 
 /// True if the solve ended for a reason that another mesh may not have.

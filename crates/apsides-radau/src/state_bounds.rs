@@ -51,8 +51,10 @@ impl StateRows {
                 let variable = &phase.states[*s].variable;
                 let Some(q) = Quantity::new(QuantityKind::State(*s), variable, false) else { return false };
                 // Without a control near by it can be met in instants alone.
-                let controls = order_of(phase, vec![*s]).map_or_else(Vec::new, |order| order.controls);
-                let q = q.held_by(phase, controls);
+                let q = match order_of(phase, vec![*s]) {
+                    Some(order) => q.held_by(phase, order),
+                    None => q,
+                };
                 let (samples, _) = samples(&q, p, t, &solution);
                 let inner = samples.get(..samples.len().saturating_sub(1)).unwrap_or_default();
                 let mut at_bound = inner.iter().filter(|s| is_stated(variable, s.class));

@@ -22,7 +22,6 @@ use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, changes};
 use crate::crossed::leave_crossed;
 use crate::determined::{are_bound, determined};
-use crate::junction::order;
 use crate::layout::CollocationPhase;
 use crate::quantity::{Quantity, QuantityKind, quantities};
 use crate::row_bends::row_bends;
@@ -139,10 +138,7 @@ impl<'a> Structure<'a> {
     /// Says whether controls at their bounds leave a row without controls at its own at a normalised time: whatever pushes it there is no contact.
     pub(crate) fn rests_at(&self, phase: usize, row: usize, at: f64) -> bool {
         let mut resting = self.phases[phase].resting.iter();
-        resting.any(|stretch| {
-            let is_there = (stretch.nodes.0..=stretch.nodes.1).contains(&at);
-            stretch.row == row && is_there
-        })
+        resting.any(|stretch| stretch.row == row && (stretch.nodes.0..=stretch.nodes.1).contains(&at))
     }
 
     /// Says whether the mesh of the trajectory has exactly the breaks and arcs that were found; kinks may stand beside their breaks
@@ -281,9 +277,8 @@ impl PhaseStructure<'_> {
             let boundary = self.quantities.iter().zip(&class).filter(|(q, _)| q.is_boundary());
             let is_along_bound = boundary.into_iter().any(|(_, class)| *class != Class::Between);
             let start = if k == 0 { 0.0 } else { breaks[k - 1].at };
-            let pushes: Vec<f64> =
-                self.pushes.iter().map(|pushes| mean_between(pushes, start, end)).collect();
-            let following = determined(self.phase, &self.quantities, &class, &whole, &pushes);
+            let push = |quantity: usize| mean_between(&self.pushes[quantity], start, end);
+            let following = determined(self.phase, &self.quantities, &class, &whole, push);
             for (index, ((q, class), whole)) in self.quantities.iter().zip(&class).zip(whole).enumerate() {
                 let has_kink = self.of_kind(ChangeKind::Kink).any(|c| c.quantity == index);
                 let between = match (q.affine, has_kink) {
@@ -375,7 +370,7 @@ fn phase_structure<'a>(
             if let QuantityKind::Row(row) = q.kind {
                 let controls: Vec<usize> = q.held_by.iter().map(|(c, _)| *c).collect();
                 // Where a row touches its bound in an instant nodes close by are as close: in a corner, as of the first order, or on a parabola.
-                let most = if order(phase, row).is_some_and(|o| o.order == 1) { 1 } else { CROSSING };
+                let most = if q.order == 1 { 1 } else { CROSSING };
                 let lasts = |nodes: &&[NodeSample]| {
                     nodes.len() > most && nodes[nodes.len() - 1].fraction - nodes[0].fraction > AT_ONCE
                 };

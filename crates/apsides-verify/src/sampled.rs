@@ -223,7 +223,7 @@ fn fly(
             states.zip(distances(samples, &trajectory.phases[k], flight))
         {
             let at = || format!("{}, {}", state.variable.name, crate::place::place(phase, time));
-            let limit = (settings.path_tolerance * scale).max(state.tolerance.unwrap_or(0.0));
+            let limit = settings.limit_of_state(state, *scale);
             worst.consider(distance, limit, &state.variable.unit, at);
             if distance / scale > deviation {
                 (deviation, place) = (distance / scale, at());

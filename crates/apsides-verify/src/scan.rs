@@ -64,7 +64,7 @@ pub(crate) fn deviation(
             flight.state(found.control.segment_at(t), t, &mut scratch, &mut flown);
             found.state.evaluate_in(segment, t, &mut stated);
             for (i, state) in phase.states.iter().enumerate() {
-                let limit = (settings.path_tolerance * scaling.states[i]).max(state.tolerance.unwrap_or(0.0));
+                let limit = settings.limit_of_state(state, scaling.states[i]);
                 let at = || format!("{}, {}", state.variable.name, place(phase, t));
                 worst.consider((flown[i] - stated[i]).abs(), limit, &state.variable.unit, at);
             }

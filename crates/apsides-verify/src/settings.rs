@@ -1,5 +1,7 @@
 //! Tolerances and effort of a verification.
 
+use apsides_ocp::State;
+
 use crate::VerifyError;
 
 /// Tolerances and effort of a verification. Every number must be positive and finite.
@@ -90,6 +92,11 @@ impl Default for VerifySettings {
 }
 
 impl VerifySettings {
+    /// The distance from the re-simulated flight that a stated state is allowed, by its scale.
+    pub(crate) fn limit_of_state(&self, state: &State, scale: f64) -> f64 {
+        (self.path_tolerance * scale).max(state.tolerance.unwrap_or(0.0))
+    }
+
     /// Checks every number.
     ///
     /// # Errors

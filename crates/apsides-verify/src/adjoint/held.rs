@@ -124,8 +124,7 @@ impl LinearCondition {
 }
 
 /// The part of the way from the unknowns so far to the next ones at which the sum of the squares of all that is missed is least. Newton's
-/// method for this convex function, with equations for the inequalities that are missed, may go to and fro for ever without (O. L. Mangasarian,
-/// Journal of Optimization Theory and Applications 121 (2004) 1, section 2, doi 10.1023/B:JOTA.0000026128.34294.77).
+/// method for this convex function, with equations for the inequalities that are missed, may go to and fro for ever without.
 pub(super) fn best_part<'a>(conditions: impl Iterator<Item = &'a LinearCondition>) -> f64 {
     let conditions: Vec<&LinearCondition> = conditions.collect();
     let slope = |part: f64| conditions.iter().map(|c| c.slope(part)).sum::<f64>();
