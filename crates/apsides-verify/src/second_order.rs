@@ -114,9 +114,12 @@ pub(crate) fn conditions(
     let is_singular = least.abs() < settings.curvature_tolerance;
     let limit =
         if is_singular { settings.singular_curvature_tolerance } else { settings.curvature_tolerance };
+    // What is positive on the larger space, less more, is so on the smaller one.
+    let is_convex = legendre.iter().all(|l| l.0 >= settings.curvature_tolerance);
+    let is_coercive = is_convex && form.inertia(Space::Sufficient, settings.coercivity).is_positive();
     // Along a singular arc the curvature that the discretisation leaves falls with the length of its intervals, that of a saddle does not.
     let within = |form: &Form| form.inertia(Space::Necessary, -limit).is_positive();
-    let mut is_within = within(&form);
+    let mut is_within = is_coercive || within(&form);
     for fineness in FINER {
         if is_within || !is_singular {
             break;
@@ -163,7 +166,7 @@ pub(crate) fn conditions(
         ));
         return second;
     }
-    if form.inertia(Space::Sufficient, settings.coercivity).is_positive() {
+    if is_coercive {
         second.remark = beside::remark(ocp, trajectory, &scales, conditions);
         if second.remark.is_some() {
             return second;

@@ -41,12 +41,16 @@ impl Search<'_> {
     /// Moves candidates of these places, one after the other, into the control set, and gives their Hamiltonians; none for those that cannot be
     /// moved there.
     pub(super) fn admissible(&self, at: &[usize], candidates: &mut [f64]) -> Vec<Option<f64>> {
+        let if_finite = |h: f64| Some(h).filter(|h| h.is_finite());
         let is_moved = self.moved(at, candidates);
+        if self.set.rows.is_empty() {
+            return self.hamiltonians(at, candidates).into_iter().map(if_finite).collect();
+        }
         let which: Vec<usize> = (0..at.len()).filter(|i| is_moved[*i]).collect();
         let (at_those, values) = self.gathered(at, candidates, &which);
         let mut found = vec![None; at.len()];
         for (i, h) in which.into_iter().zip(self.hamiltonians(&at_those, &values)) {
-            found[i] = Some(h).filter(|h| h.is_finite());
+            found[i] = if_finite(h);
         }
         found
     }
@@ -84,8 +88,11 @@ impl Search<'_> {
     pub(super) fn moved(&self, at: &[usize], candidates: &mut [f64]) -> Vec<bool> {
         let (nu, rows) = (self.lower.len(), &self.set.rows);
         candidates.chunks_mut(nu).for_each(|u| self.clamp(u));
-        let mut is_moved = vec![rows.is_empty(); at.len()];
-        let mut left: Vec<usize> = if rows.is_empty() { Vec::new() } else { (0..at.len()).collect() };
+        if rows.is_empty() {
+            return vec![true; at.len()];
+        }
+        let mut is_moved = vec![false; at.len()];
+        let mut left: Vec<usize> = (0..at.len()).collect();
         for _ in 0..SWEEPS {
             let mut is_inside = vec![true; at.len()];
             for r in rows {

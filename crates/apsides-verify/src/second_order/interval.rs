@@ -9,7 +9,7 @@
 //! `t = xi_a + theta T`. Everything is over `v = [x, U_1 .. U_s, xi_a, xi_b, p]`, each quantity divided by its scale.
 
 use apsides_basis::Gauss;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixView, DVector};
 
 use super::activity::Activity;
 use super::arcs::{STAGES, Span};
@@ -94,8 +94,8 @@ impl Interval {
             })
             .collect();
         let nv = nx + STAGES * nu + 2 + np;
-        let mut maps: Vec<DMatrix<f64>> = (0..STAGES).map(|i| others(i, nx, nu, np)).collect();
-        let states = stage_states(&stages, &maps, rule, h)?;
+        let others: [Vec<usize>; STAGES] = std::array::from_fn(|i| others(i, nx, nu, np));
+        let states = stage_states(&stages, &others, nv, rule, h)?;
         let mut curvature = DMatrix::zeros(nv, nv);
         let mut step = DMatrix::zeros(nx, nv);
         step.view_mut((0, 0), (nx, nx)).fill_with_identity();
@@ -103,13 +103,18 @@ impl Interval {
         let (mut rows, mut controls, mut legendre) = (Vec::new(), Vec::new(), f64::INFINITY);
         let mut weights = vec![0.0; STAGES];
         let mut at_bounds = vec![Activity::Strong; nx];
-        for (i, (stage, map)) in stages.into_iter().zip(&mut maps).enumerate() {
-            map.view_mut((0, 0), (nx, nv)).copy_from(&states.view((i * nx, 0), (nx, nv)));
+        for (i, (stage, others)) in stages.into_iter().zip(&others).enumerate() {
+            let map = Map { states: states.rows(i * nx, nx), others };
             let weight = h * rule.weights[i];
-            curvature += map.transpose() * &stage.curvature * &*map * weight;
-            step += &stage.rates * &*map * weight;
-            integrals += &stage.integrals * &*map * weight;
-            rows.extend(stage.rows.into_iter().map(|r| Row { gradient: map.transpose() * r.gradient, ..r }));
+            map.add_both(&mut curvature, weight, &stage.curvature);
+            map.add(&mut step, weight, &stage.rates);
+            map.add(&mut integrals, weight, &stage.integrals);
+            rows.extend(
+                stage
+                    .rows
+                    .into_iter()
+                    .map(|r| Row { gradient: map.gradient(&r.gradient), activity: r.activity }),
+            );
             controls.extend(stage.controls);
             legendre = legendre.min(stage.legendre);
             at_bounds.iter_mut().zip(&stage.at_bounds).for_each(|(a, b)| *a = a.weaker(*b));
@@ -131,42 +136,77 @@ impl Interval {
     }
 }
 
-/// Everything but the state of stage `i`, as a map from `v`.
-fn others(i: usize, nx: usize, nu: usize, np: usize) -> DMatrix<f64> {
-    let (first_u, first_time) = (nx, nx + STAGES * nu);
-    let mut map = DMatrix::zeros(nx + nu + 2 + np, first_time + 2 + np);
-    for j in 0..nu {
-        map[(nx + j, first_u + i * nu + j)] = 1.0;
+/// Places in `v` of what stage `i` has beside its state: its controls, the ends of the arc and the parameters.
+fn others(i: usize, nx: usize, nu: usize, np: usize) -> Vec<usize> {
+    let times = nx + STAGES * nu;
+    (nx + i * nu..nx + (i + 1) * nu).chain(times..times + 2 + np).collect()
+}
+
+/// `[x, u, xi_a, xi_b, p]` of a stage as a map from `v`: the state is a matrix times `v`, what is beside it are entries of `v`.
+struct Map<'m> {
+    states: DMatrixView<'m, f64>,
+    others: &'m [usize],
+}
+
+impl Map<'_> {
+    /// Adds `weight` times a matrix times the map.
+    fn add(&self, out: &mut DMatrix<f64>, weight: f64, matrix: &DMatrix<f64>) {
+        let nx = self.states.nrows();
+        out.gemm(weight, &matrix.columns(0, nx), &self.states, 1.0);
+        for (k, place) in self.others.iter().enumerate() {
+            out.column_mut(*place).axpy(weight, &matrix.column(nx + k), 1.0);
+        }
     }
-    for k in 0..2 + np {
-        map[(nx + nu + k, first_time + k)] = 1.0;
+
+    /// Adds `weight` times a matrix with the map on both its sides.
+    fn add_both(&self, out: &mut DMatrix<f64>, weight: f64, matrix: &DMatrix<f64>) {
+        let nx = self.states.nrows();
+        let mut half = DMatrix::zeros(matrix.nrows(), self.states.ncols());
+        self.add(&mut half, weight, matrix);
+        out.gemm_tr(1.0, &self.states, &half.rows(0, nx), 1.0);
+        for (k, place) in self.others.iter().enumerate() {
+            let mut row = out.row_mut(*place);
+            row += half.row(nx + k);
+        }
     }
-    map
+
+    /// A gradient at the stage as one over `v`.
+    fn gradient(&self, of_stage: &DVector<f64>) -> DVector<f64> {
+        let nx = self.states.nrows();
+        let mut gradient = self.states.tr_mul(&of_stage.rows(0, nx));
+        for (k, place) in self.others.iter().enumerate() {
+            gradient[*place] += of_stage[nx + k];
+        }
+        gradient
+    }
 }
 
 /// The states of all stages, one below the other, as a map from `v`; none if the equations have no solution.
-fn stage_states(stages: &[Stage], maps: &[DMatrix<f64>], rule: &Rule, h: f64) -> Option<DMatrix<f64>> {
-    let (nx, nv) = (stages[0].rates.nrows(), maps[0].ncols());
+fn stage_states(
+    stages: &[Stage],
+    others: &[Vec<usize>],
+    nv: usize,
+    rule: &Rule,
+    h: f64,
+) -> Option<DMatrix<f64>> {
+    let nx = stages[0].rates.nrows();
     let mut matrix = DMatrix::identity(STAGES * nx, STAGES * nx);
     let mut rhs = DMatrix::zeros(STAGES * nx, nv);
     for i in 0..STAGES {
-        for r in 0..nx {
-            rhs[(i * nx + r, r)] = 1.0;
-        }
-        for (l, (stage, map)) in stages.iter().zip(maps).enumerate() {
+        rhs.view_mut((i * nx, 0), (nx, nx)).fill_with_identity();
+        for (l, (stage, others)) in stages.iter().zip(others).enumerate() {
             let a = h * rule.integration[i * STAGES + l];
-            let by_others = &stage.rates * map;
-            for r in 0..nx {
-                for c in 0..nx {
-                    matrix[(i * nx + r, l * nx + c)] -= a * stage.rates[(r, c)];
-                }
-                for c in 0..nv {
-                    rhs[(i * nx + r, c)] += a * by_others[(r, c)];
-                }
+            for c in 0..nx {
+                let mut rows = matrix.view_mut((i * nx, l * nx + c), (nx, 1));
+                rows.column_mut(0).axpy(-a, &stage.rates.column(c), 1.0);
+            }
+            for (k, place) in others.iter().enumerate() {
+                let mut rows = rhs.view_mut((i * nx, *place), (nx, 1));
+                rows.column_mut(0).axpy(a, &stage.rates.column(nx + k), 1.0);
             }
         }
     }
-    matrix.lu().solve(&rhs)
+    matrix.lu().solve_mut(&mut rhs).then_some(rhs)
 }
 
 impl Interval {

@@ -116,16 +116,7 @@ fn step(swept: &mut Swept, interval: &Interval, sizes: Sizes, size: f64, space: 
     let at: Vec<usize> =
         (0..nx).chain((0..nu).map(|j| nw + j)).chain(places(sizes, interval.span.arc)).collect();
     let total = nw + nu;
-    let mut map = DMatrix::zeros(nw, total);
-    for i in nx..nw {
-        map[(i, i)] = 1.0;
-    }
-    for i in 0..nx {
-        for (c, place) in at.iter().enumerate() {
-            map[(i, *place)] += interval.step[(i, c)];
-        }
-    }
-    let mut form = map.transpose() * &swept.value * &map;
+    let mut form = with_step(&swept.value, interval, &at, total);
     for (i, a) in at.iter().enumerate() {
         for (j, b) in at.iter().enumerate() {
             form[(*a, *b)] += interval.curvature[(i, j)] / size;
@@ -149,14 +140,21 @@ fn step(swept: &mut Swept, interval: &Interval, sizes: Sizes, size: f64, space: 
     }
     let free: Vec<usize> = (0..nu).filter(|j| !interval.controls[*j].is_fixed_in(space)).collect();
     let pending = std::mem::take(&mut swept.rows);
-    let mut rows: Vec<DVector<f64>> = pending.into_iter().map(|row| map.transpose() * row).collect();
-    for row in interval.rows.iter().filter(|r| r.activity.is_fixed_in(space)) {
-        let mut full = DVector::zeros(total);
-        for (place, g) in at.iter().zip(row.gradient.iter()) {
+    let spread = |mut full: DVector<f64>, gradient: &DVector<f64>| {
+        for (place, g) in at.iter().zip(gradient.iter()) {
             full[*place] += g;
         }
-        rows.push(full);
-    }
+        full
+    };
+    let of_next = |row: DVector<f64>| {
+        let by_step = interval.step.tr_mul(&row.rows(0, nx));
+        let mut full = row.resize_vertically(total, 0.0);
+        full.rows_mut(0, nx).fill(0.0);
+        spread(full, &by_step)
+    };
+    let mut rows: Vec<DVector<f64>> = pending.into_iter().map(of_next).collect();
+    let held = interval.rows.iter().filter(|r| r.activity.is_fixed_in(space));
+    rows.extend(held.map(|row| spread(DVector::zeros(total), &row.gradient)));
     let Split { here, earlier } = split(rows, nw, &free);
     swept.rows = earlier;
     if free.is_empty() {
@@ -171,7 +169,7 @@ fn step(swept: &mut Swept, interval: &Interval, sizes: Sizes, size: f64, space: 
     }
     let eigen = form.view((nw, nw), (rest, rest)).into_owned().symmetric_eigen();
     let largest = eigen.eigenvalues.amax();
-    let unscaled = eigen.eigenvectors.transpose() * form.view((nw, 0), (rest, nw));
+    let unscaled = eigen.eigenvectors.tr_mul(&form.view((nw, 0), (rest, nw)));
     let mut scaled = unscaled.clone();
     for (i, lambda) in eigen.eigenvalues.iter().enumerate() {
         if lambda.abs() <= ZERO * largest || !lambda.is_finite() {
@@ -184,9 +182,30 @@ fn step(swept: &mut Swept, interval: &Interval, sizes: Sizes, size: f64, space: 
         }
         scaled.row_mut(i).scale_mut(1.0 / lambda);
     }
-    let value = remaining - unscaled.transpose() * scaled;
+    let value = remaining - unscaled.tr_mul(&scaled);
     // Rounding would make it unsymmetric.
     swept.value = (&value + value.transpose()) * 0.5;
+}
+
+/// A form over `w` at the end of an interval as one over `[w, U]` with `x_next = step v`, `v` at these places of `[w, U]`.
+fn with_step(value: &DMatrix<f64>, interval: &Interval, at: &[usize], total: usize) -> DMatrix<f64> {
+    let (step, nw) = (&interval.step, value.nrows());
+    let nx = step.nrows();
+    let others = nw - nx;
+    let mut form = DMatrix::zeros(total, total);
+    form.view_mut((nx, nx), (others, others)).copy_from(&value.view((nx, nx), (others, others)));
+    let of_states = step.tr_mul(&(value.view((0, 0), (nx, nx)) * step));
+    let mixed = value.view((nx, 0), (others, nx)) * step;
+    for (i, a) in at.iter().enumerate() {
+        for (j, b) in at.iter().enumerate() {
+            form[(*a, *b)] += of_states[(i, j)];
+        }
+        for k in 0..others {
+            form[(nx + k, *a)] += mixed[(k, i)];
+            form[(*a, nx + k)] += mixed[(k, i)];
+        }
+    }
+    form
 }
 
 /// The form over `[w, b]` and the number of `b`: the controls `U = Z b - Y r` meet rows `Y' U + r = 0`, the columns of `Y` orthonormal
@@ -199,6 +218,10 @@ fn with_rows_met(
     rows: &[DVector<f64>],
 ) -> (DMatrix<f64>, usize) {
     let (nf, nr) = (free.len(), rows.len());
+    if nr == 0 {
+        let kept: Vec<usize> = (0..nw).chain(free.iter().map(|control| nw + control)).collect();
+        return (form.select_rows(&kept).select_columns(&kept), nf);
+    }
     let by_rows = DMatrix::from_fn(nf, nr, |i, r| rows[r][nw + free[i]]);
     let complement = (DMatrix::identity(nf, nf) - &by_rows * by_rows.transpose()).symmetric_eigen();
     let kept: Vec<usize> = (0..nf).filter(|k| complement.eigenvalues[*k] > 0.5).collect();
