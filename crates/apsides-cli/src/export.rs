@@ -63,7 +63,9 @@ pub(crate) fn rows_of(
     mission: &Pipeline,
     sampling: Sampling,
 ) -> Result<Ephemeris, Refusal> {
-    if mission.is_simulated() || !directory.join("trajectory.csv").is_file() {
+    // A mission that is solved may have been flown too.
+    let has = |file: &str| directory.join(file).is_file();
+    if mission.is_simulated() || has("states.csv") && !has("trajectory.csv") {
         let (headers, rows) = read_states(directory).map_err(refusal)?;
         return mission.ephemeris_of_record(&headers, &rows, sampling).map_err(refusal);
     }

@@ -134,7 +134,8 @@ fn problems_of_ones_own_have_their_states_and_controls() {
     let o =
         apsides(&["solve", &file, "--quiet", "--out", &path(&out), "--points", "101", "--format", "csv,npz"]);
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
-    assert_eq!(numbers(&out.join("ephemeris.csv"), "time_s").len(), 101);
+    // Two of the rows stand on the other side of the switches of the thrust.
+    assert_eq!(numbers(&out.join("ephemeris.csv"), "time_s").len(), 101 + 2);
     let o = apsides(&["solve", &file, "--quiet", "--out", &path(&out), "--points", "101", "--format", "oem"]);
     assert_eq!(o.status.code(), Some(2));
     assert!(
@@ -224,4 +225,23 @@ fn the_schema_has_every_key_of_every_mission() {
     assert_eq!(motion["properties"]["position"]["minItems"], 3);
     assert_eq!(own["properties"]["frame"]["properties"]["inclination_deg"]["maximum"], 180.0);
     assert_eq!(own["properties"]["radau"]["properties"]["points"]["type"], "integer");
+}
+
+#[test]
+fn both_sides_of_a_switch_have_a_row() {
+    let dir = tempfile::tempdir().unwrap();
+    let file =
+        format!("{}/../../tests/problems/double_integrator_from_speed.toml", env!("CARGO_MANIFEST_DIR"));
+    let out = path(&dir.path().join("out"));
+    let o = apsides(&["solve", &file, "--quiet", "--out", &out, "--step", "1s", "--format", "csv"]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let table = dir.path().join("out/ephemeris.csv");
+    let (times, controls) = (numbers(&table, "time_s"), numbers(&table, "u"));
+    // It brakes until v + sqrt(v^2 / 2 + x), then pushes: rows at 0 to 6 s, the switch twice, 7 to 10 s, the end.
+    let switch = 3.0 + 14.5_f64.sqrt();
+    assert_eq!((times.len(), controls.len()), (14, 14), "{times:?}");
+    assert!(times[7] == times[8] && (times[7] - switch).abs() < ENDS, "{times:?}");
+    let is_full = |sign: f64, part: &[f64]| part.iter().all(|u| (u - sign).abs() < ENDS);
+    assert!(is_full(-1.0, &controls[..8]) && is_full(1.0, &controls[8..]), "{controls:?}");
+    assert!(times.windows(2).all(|t| t[0] <= t[1]));
 }

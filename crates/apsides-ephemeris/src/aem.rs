@@ -15,11 +15,11 @@ const MOST_DEGREE: usize = 3;
 /// The message of an ephemeris with attitudes.
 pub(crate) fn write(table: &Ephemeris, created: &Epoch) -> String {
     let mut message = Message::begin("CCSDS_AEM_VERS", "2.0", table, created);
-    for phase in &table.phases {
-        let rows = rows_of_message(table, phase.rows.clone());
+    for (phase, rows) in table.arcs() {
+        let rows = rows_of_message(table, rows);
         let (Some((_, start)), Some((_, stop))) = (rows.first(), rows.last()) else { continue };
         let axes = [("REF_FRAME_A", "ICRF"), ("REF_FRAME_B", "SC_BODY_1")];
-        message.begin_phase(table, &phase.name, &axes, [start, stop]);
+        message.begin_segment(table, phase, &axes, [start, stop]);
         message.set("ATTITUDE_TYPE", "QUATERNION");
         message.set("INTERPOLATION_METHOD", "LAGRANGE");
         message.set("INTERPOLATION_DEGREE", &degree(rows.len(), MOST_DEGREE).to_string());

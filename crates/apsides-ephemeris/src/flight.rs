@@ -81,7 +81,7 @@ pub trait Motion {
     fn point(&self, phase: usize, time: f64, state: &[f64], control: &[f64]) -> Option<Point>;
 }
 
-/// A part of a flight with its own name, from a time to a time, s.
+/// A part of a flight along which nothing jumps, from a time to a time, s. Parts of one phase follow each other and have its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Span {
     /// Name of the phase.
@@ -99,9 +99,9 @@ pub struct Instant {
     pub own: Vec<f64>,
 }
 
-/// A flight: phases one after the other, each with a state at every time.
+/// A flight: parts one after the other, each with a state at every time.
 pub trait Flight {
-    /// The phases, in order.
+    /// The parts, in order.
     fn spans(&self) -> Vec<Span>;
 
     /// The body that the flight is about; none of a flight that has no place.
@@ -110,6 +110,6 @@ pub trait Flight {
     /// The flight's own quantities, such as the states and controls of its problem.
     fn own(&self) -> Vec<Column>;
 
-    /// The state in a phase (by its place) at a time (s).
-    fn at(&self, phase: usize, time: f64) -> Instant;
+    /// The state in a part (by its place) at a time (s).
+    fn at(&self, span: usize, time: f64) -> Instant;
 }

@@ -1,4 +1,4 @@
-//! The common part of CCSDS messages in keywords and values.
+//! The common part of CCSDS messages in keywords and values: lines of printable ASCII characters (CCSDS 502.0-B-3, section 7.3).
 
 use std::fmt::Write as _;
 
@@ -7,6 +7,9 @@ use crate::{Epoch, TimeScale};
 
 /// Name of who makes the messages.
 const ORIGINATOR: &str = "APSIDES";
+
+/// Name of an object that has none.
+const UNNAMED: &str = "UNKNOWN";
 
 /// A message that is being written: lines of keywords and values.
 pub(crate) struct Message(String);
@@ -17,7 +20,7 @@ impl Message {
     /// The head of a message: its standard with its version, then what it is about, and when and by whom it was made.
     pub(crate) fn begin(standard: &str, version: &str, table: &Ephemeris, created: &Epoch) -> Self {
         let mut message = Self(format!("{standard} = {version}\n"));
-        message.line(format_args!("COMMENT Ephemeris of the solution of mission {}", table.name));
+        message.line(format_args!("COMMENT Ephemeris of the solution of mission {}", printable(&table.name)));
         message.set("CREATION_DATE", &created.in_scale(TimeScale::Utc).calendar());
         message.set("ORIGINATOR", ORIGINATOR);
         message
@@ -33,13 +36,14 @@ impl Message {
 
     /// The object: its name, which is its designator too.
     pub(crate) fn object(&mut self, table: &Ephemeris) {
-        let name = table.name.to_uppercase();
-        self.set("OBJECT_NAME", &name);
-        self.set("OBJECT_ID", &name);
+        let name = printable(&table.name).to_uppercase();
+        let name = if name.is_empty() { UNNAMED } else { &name };
+        self.set("OBJECT_NAME", name);
+        self.set("OBJECT_ID", name);
     }
 
-    /// Begins the part of a phase: the object, its centre, the axes by their keys, and the times of the first and the last row.
-    pub(crate) fn begin_phase(
+    /// Begins a segment, part of a phase: the object, its centre, the axes by their keys, and the times of the first and the last row.
+    pub(crate) fn begin_segment(
         &mut self,
         table: &Ephemeris,
         phase: &str,
@@ -47,7 +51,7 @@ impl Message {
         [start, stop]: [&str; 2],
     ) {
         self.line(format_args!("\nMETA_START"));
-        self.line(format_args!("COMMENT phase {phase}"));
+        self.line(format_args!("COMMENT phase {}", printable(phase)));
         self.object(table);
         self.set("CENTER_NAME", table.body.map_or("", |body| body.word()));
         axes.iter().for_each(|(key, value)| self.set(key, value));
@@ -61,7 +65,13 @@ impl Message {
     }
 }
 
-/// Rows of a phase whose instants, as they are written, follow each other.
+/// A name as the standard allows it: `_` in place of what is no printable ASCII character, without blanks around it.
+pub(crate) fn printable(name: &str) -> String {
+    let allowed = |c: char| if c == ' ' || c.is_ascii_graphic() { c } else { '_' };
+    name.trim().chars().map(allowed).collect()
+}
+
+/// Rows of a segment whose instants, as they are written, follow each other.
 pub(crate) fn rows_of_message(table: &Ephemeris, rows: std::ops::Range<usize>) -> Vec<(usize, String)> {
     let mut kept: Vec<(usize, String)> = Vec::with_capacity(rows.len());
     for row in rows {

@@ -1,4 +1,4 @@
-//! Times of the rows of an ephemeris: equally spaced, and both ends of each phase.
+//! Times of the rows of an ephemeris: equally spaced, and both ends of each part of the flight.
 
 use std::str::FromStr;
 
@@ -40,12 +40,12 @@ impl Sampling {
         ROW * self.rows(spans)
     }
 
-    /// Times of the rows of each phase: its start, multiples of the step from the start of the flight, its end.
+    /// Times of the rows of each part: its start, multiples of the step from the start of the flight, its end.
     #[must_use]
     pub fn times(self, spans: &[Span]) -> Vec<Vec<f64>> {
         let step = self.step(spans);
         let start = spans.first().map_or(0.0, |span| span.times[0]);
-        let of_phase = |span: &Span| {
+        let of_span = |span: &Span| {
             let [begin, end] = span.times;
             let first = ((begin - start) / step + SAME).floor() + 1.0;
             let count = ((end - start) / step - SAME).ceil() - first;
@@ -57,7 +57,7 @@ impl Sampling {
             }
             times
         };
-        spans.iter().map(of_phase).collect()
+        spans.iter().map(of_span).collect()
     }
 }
 
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn both_sides_of_a_phase_have_a_row() {
+    fn both_sides_of_a_boundary_have_a_row() {
         let spans = [span(0.0, 25.0), span(25.0, 40.0), span(40.0, 42.0)];
         let times = Sampling::Step(10.0).times(&spans);
         assert_eq!(times, [vec![0.0, 10.0, 20.0, 25.0], vec![25.0, 30.0, 40.0], vec![40.0, 42.0]]);

@@ -1,5 +1,7 @@
 //! The table of a flight: one column, one unit, one meaning across all phases.
 
+use std::ops::Range;
+
 use crate::flight::{About, Axes, Flight, Point, Span};
 use crate::frames::{Frames, Plane, Topocentric};
 use crate::iau::CentralBody;
@@ -23,7 +25,9 @@ pub struct PhaseRows {
     /// Name of the phase.
     pub name: String,
     /// First row, and the one after the last.
-    pub rows: std::ops::Range<usize>,
+    pub rows: Range<usize>,
+    /// The rows of its parts along which nothing jumps, in order: at a jump of a control stand a row of before and one of after it.
+    pub arcs: Vec<Range<usize>>,
 }
 
 /// Position and velocity about the body of a row, in axes of the ICRF and fixed to the body; m and m/s.
@@ -120,8 +124,8 @@ impl Ephemeris {
     ) -> Result<Self, EphemerisError> {
         let spans = flight.spans();
         let placed = flight.about().and_then(|about| Placed::new(about, placing));
-        let of_phases = sampling.times(&spans);
-        let count = of_phases.iter().map(Vec::len).sum();
+        let of_spans = sampling.times(&spans);
+        let count = of_spans.iter().map(Vec::len).sum();
         let mut columns: Vec<(Column, Vec<f64>)> = Vec::new();
         let mut add = |column: Column| {
             // A quantity of a mission's own that is among the common ones stands there.
@@ -144,7 +148,7 @@ impl Ephemeris {
             columns,
             states: Vec::new(),
         };
-        for (index, (span, times)) in spans.iter().zip(of_phases).enumerate() {
+        for (index, (span, times)) in spans.iter().zip(of_spans).enumerate() {
             let begin = table.times.len();
             for time in times {
                 let instant = flight.at(index, time);
@@ -166,7 +170,7 @@ impl Ephemeris {
                 }
                 table.times.push(time);
             }
-            table.phases.push(PhaseRows { name: span.name.clone(), rows: begin..table.times.len() });
+            table.add_arc(&span.name, begin..table.times.len());
         }
         if table.body.is_some() {
             table.without_gaps();
@@ -174,9 +178,24 @@ impl Ephemeris {
         Ok(table)
     }
 
+    fn add_arc(&mut self, phase: &str, rows: Range<usize>) {
+        match self.phases.last_mut().filter(|last| last.name == phase) {
+            Some(last) => {
+                last.rows.end = rows.end;
+                last.arcs.push(rows);
+            }
+            None => self.phases.push(PhaseRows { name: phase.into(), rows: rows.clone(), arcs: vec![rows] }),
+        }
+    }
+
     /// Leaves out the quantities that some phases do not have: what they say is in those that all have, or is not known.
     fn without_gaps(&mut self) {
         self.columns.retain(|(_, values)| values.iter().all(|v| v.is_finite()));
+    }
+
+    /// The rows of each part along which nothing jumps, with the name of its phase, in order.
+    pub(crate) fn arcs(&self) -> impl Iterator<Item = (&str, Range<usize>)> {
+        self.phases.iter().flat_map(|p| p.arcs.iter().map(|rows| (p.name.as_str(), rows.clone())))
     }
 
     /// The instant of a row.

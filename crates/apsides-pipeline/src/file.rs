@@ -10,6 +10,7 @@ use crate::Error;
 use crate::key::{Key, KeyKind, Value, suggestion};
 use crate::lines::{commented, wrapped};
 use crate::placing::is_placing;
+use crate::regular_file;
 use crate::values::{Values, place_of_option};
 
 /// Largest mission file: a few kB is usual, so anything above is a mistake.
@@ -106,9 +107,9 @@ pub fn read(path: &Path, what: &str, known: &str) -> Result<String, Error> {
     if metadata.len() > MAX_FILE_BYTES {
         return fail(format!("has {} bytes; a {what} file has at most {MAX_FILE_BYTES}", metadata.len()));
     }
-    match std::fs::read(path).map(String::from_utf8) {
+    match std::fs::read(path).map(regular_file::text) {
         Ok(Ok(text)) => Ok(text),
-        Ok(Err(_)) => fail("is not UTF-8 text".into()),
+        Ok(Err(reason)) => fail(reason),
         Err(e) => fail(e.to_string()),
     }
 }

@@ -41,7 +41,17 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
 /// # Errors
 /// As of [`read`]; for bytes that are no UTF-8 one that says so.
 pub fn read_text(path: &Path) -> io::Result<String> {
-    String::from_utf8(read(path)?).map_err(|_| refused("is not UTF-8 text"))
+    text(read(path)?).map_err(|reason| refused(&reason))
+}
+
+/// Bytes as text, or the line of the first one that is none.
+pub(crate) fn text(bytes: Vec<u8>) -> Result<String, String> {
+    String::from_utf8(bytes).map_err(|e| {
+        let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+        let line = good.iter().filter(|b| **b == b'\n').count() + 1;
+        let byte = e.as_bytes().get(good.len()).map_or(0, |b| *b);
+        format!("is not UTF-8 text: line {line} has the byte 0x{byte:02X}; write it again in UTF-8")
+    })
 }
 
 /// True if an open file still has the name by which it was opened.
@@ -99,8 +109,9 @@ mod tests {
         let file = dir.path().join("a.txt");
         fs::write(&file, "text").unwrap();
         assert_eq!(read_text(&file).unwrap(), "text");
-        fs::write(&file, [0xff]).unwrap();
-        assert_eq!(read_text(&file).unwrap_err().to_string(), "is not UTF-8 text");
+        fs::write(&file, b"one\ntwo\xe4").unwrap();
+        let refused = read_text(&file).unwrap_err().to_string();
+        assert_eq!(refused, "is not UTF-8 text: line 2 has the byte 0xE4; write it again in UTF-8");
         assert_eq!(read(dir.path()).unwrap_err().to_string(), "is a directory; give a file");
         assert_eq!(read(&dir.path().join("none")).unwrap_err().kind(), io::ErrorKind::NotFound);
     }

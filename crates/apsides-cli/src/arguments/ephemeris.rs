@@ -9,7 +9,7 @@ use clap::Args;
 #[derive(Clone, Copy, Debug, Args)]
 #[group(id = "rows", multiple = false)]
 pub(crate) struct RowArguments {
-    /// Write the flight at equal steps, such as 1s, 0.5, 2min, from its own polynomials; both sides of each phase boundary too.
+    /// Write the flight at equal steps, such as 1s, 0.5, 2min, from its own polynomials; both sides of each phase boundary and of each jump of a control too.
     #[arg(long, value_name = "STEP", allow_hyphen_values = true)]
     step: Option<Step>,
     /// The same with so many rows from start to end.

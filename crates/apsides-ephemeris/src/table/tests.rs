@@ -281,3 +281,64 @@ fn messages_that_are_none_are_refused_with_the_line() {
     let fixed = StateVector::read_opm(&good.replace("ICRF", "IAU_EARTH")).unwrap();
     assert_ne!(fixed.position, read.position);
 }
+
+/// The circle in three parts: the thrust of the burn jumps at 10 s.
+struct OfTwoThrusts(Circle);
+
+impl Flight for OfTwoThrusts {
+    fn spans(&self) -> Vec<Span> {
+        [("burn", [0.0, 10.0]), ("burn", [10.0, 25.0]), ("coast", [25.0, 40.0])]
+            .map(|(name, times)| Span { name: name.into(), times })
+            .into()
+    }
+
+    fn about(&self) -> Option<About> {
+        self.0.about()
+    }
+
+    fn own(&self) -> Vec<Column> {
+        self.0.own()
+    }
+
+    fn at(&self, span: usize, time: f64) -> Instant {
+        self.0.at(usize::from(span == 2), time)
+    }
+}
+
+#[test]
+fn parts_of_a_phase_are_one_phase_and_segments_of_their_own_in_messages() {
+    let plane = Plane { reference: Reference::Icrf, node: 0.0, inclination: 0.0, argument: 0.0 };
+    let placing = Placing { epoch: Epoch::DEFAULT.parse().unwrap(), plane };
+    let flight = OfTwoThrusts(Circle { axes: Axes::Inertial, attitude: Some([1.0, 0.0, 0.0, 0.0]) });
+    let table = Ephemeris::of("two", &flight, &placing, Sampling::Step(5.0)).unwrap();
+    let burn = &table.phases[0];
+    assert_eq!((table.phases.len(), &burn.rows, &burn.arcs[..]), (2, &(0..7), &[0..3, 3..7][..]));
+    assert_eq!(table.times[2..4], [10.0, 10.0]);
+    for format in [Format::Oem, Format::Aem] {
+        let files = format.write(&table, &created()).unwrap();
+        let text = String::from_utf8(files[0].1.clone()).unwrap();
+        assert_eq!((text.matches("META_START").count(), text.matches("COMMENT phase burn").count()), (3, 2));
+        assert_eq!(text.matches("T00:00:10").count(), 4, "{text}");
+    }
+}
+
+#[test]
+fn names_in_messages_are_of_printable_ascii_characters() {
+    let mut table = table(Axes::Inertial, Some([1.0, 0.0, 0.0, 0.0]));
+    for (name, written) in
+        [("Mond-L\u{e4}nder\n2", "MOND-L_NDER_2"), ("", "UNKNOWN"), (" \t", "UNKNOWN"), ("a b", "A B")]
+    {
+        table.name = name.into();
+        table.phases[0].name = "d\u{e9}part\r".into();
+        for format in [Format::Oem, Format::Aem, Format::Opm] {
+            let files = format.write(&table, &created()).unwrap();
+            let text = String::from_utf8(files[0].1.clone()).unwrap();
+            assert!(text.contains(&format!("\nOBJECT_NAME = {written}\nOBJECT_ID = {written}\n")), "{text}");
+            assert!(
+                text.contains("COMMENT phase d_part_") || text.contains("COMMENT phase d_part\n"),
+                "{text}"
+            );
+            assert!(text.chars().all(|c| c == '\n' || c == ' ' || c.is_ascii_graphic()), "{text}");
+        }
+    }
+}

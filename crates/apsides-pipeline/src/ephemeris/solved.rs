@@ -1,13 +1,24 @@
 //! A solution as a flight.
 
+use std::ops::Range;
+
 use apsides_ephemeris::{About, Column, Flight, Instant, Motion, Span};
-use apsides_ocp::{Ocp, Phase, Trajectory};
+use apsides_ocp::{Ocp, Phase, PhaseTrajectory, Trajectory, Variable};
+
+/// A change of a control at an end of an interval above this part of its range along the phase is a jump.
+const JUMP: f64 = 0.02;
+/// Ranges below this part of the largest value of a control, or of the width of its bounds, are none.
+const LEAST_RANGE: f64 = 1e-4;
+/// Phases whose ends are apart by less than this part of the time follow each other.
+const SAME_TIME: f64 = 1e-12;
 
 /// The trajectory of a problem: states and controls at any time from their polynomials, and the motion that a mission makes of them.
 ///
-/// At an end of an interval of the mesh the controls are those of the later one, at the end of a phase those of the last.
+/// Where a control jumps a part of the flight ends. At another end of an interval of the mesh the controls are those of the later one, at the
+/// end of a part those of its last.
 pub struct SolvedFlight<'a> {
     trajectory: &'a Trajectory,
+    arcs: Vec<Arc>,
     motion: Option<Box<dyn Motion + 'a>>,
     columns: Vec<Column>,
     /// Columns of the states and of the controls of each phase.
@@ -32,17 +43,72 @@ impl<'a> SolvedFlight<'a> {
             [states, controls]
         };
         let places = ocp.phases.iter().map(&mut of_phase).collect();
-        Self { trajectory, motion, columns, places }
+        Self { trajectory, arcs: arcs(ocp, trajectory), motion, columns, places }
     }
+
+    fn control_at(&self, arc: &Arc, time: f64) -> Vec<f64> {
+        let control = &self.trajectory.phases[arc.phase].control;
+        let segment = control.segment_at(time).max(arc.segments.start).min(arc.segments.end - 1);
+        let mut values = vec![0.0; control.dimension()];
+        control.evaluate_in(segment, time, &mut values);
+        values
+    }
+}
+
+/// A part of a phase along which no control jumps: intervals of its controls, never none.
+struct Arc {
+    phase: usize,
+    segments: Range<usize>,
+    times: [f64; 2],
+}
+
+fn arcs(ocp: &Ocp, trajectory: &Trajectory) -> Vec<Arc> {
+    let mut arcs: Vec<Arc> = Vec::new();
+    for (k, (phase, found)) in ocp.phases.iter().zip(&trajectory.phases).enumerate() {
+        let (breaks, count) = (found.control.breaks(), found.control.segments().len());
+        let jumps = jumps(&phase.controls, found);
+        let starts = std::iter::once(0).chain(jumps.iter().copied());
+        for (first, last) in starts.zip(jumps.iter().copied().chain([count])) {
+            let time = |at: usize| match at {
+                0 => found.initial_time,
+                at if at == count => found.final_time,
+                at => breaks[at],
+            };
+            // What follows at a time that is the same but for rounding begins there.
+            let before = arcs.last().map(|arc| arc.times[1]);
+            let is_same = |end: &f64| (time(first) - end).abs() <= SAME_TIME * end.abs();
+            let start = before.filter(is_same).unwrap_or(time(first));
+            arcs.push(Arc { phase: k, segments: first..last, times: [start, time(last)] });
+        }
+    }
+    arcs
+}
+
+/// The ends of intervals, but for those of the phase, at which a control jumps.
+fn jumps(controls: &[Variable], found: &PhaseTrajectory) -> Vec<usize> {
+    let (polynomial, nu) = (&found.control, controls.len());
+    let range_of = |(j, control): (usize, &Variable)| {
+        let values = polynomial.segments().iter().flat_map(|s| s.values.iter().skip(j).step_by(nu));
+        let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
+        let width = control.bounds.upper - control.bounds.lower;
+        let size = low.abs().max(high.abs()).max(if width.is_finite() { width } else { 0.0 });
+        (high - low).max(LEAST_RANGE * size)
+    };
+    let ranges: Vec<f64> = controls.iter().enumerate().map(range_of).collect();
+    let (mut before, mut after) = (vec![0.0; nu], vec![0.0; nu]);
+    let mut is_jump = |k: &usize| {
+        let time = polynomial.breaks()[*k];
+        polynomial.evaluate_in(k - 1, time, &mut before);
+        polynomial.evaluate_in(*k, time, &mut after);
+        before.iter().zip(&after).zip(&ranges).any(|((a, b), range)| (a - b).abs() > JUMP * range)
+    };
+    (1..polynomial.segments().len()).filter(|k| is_jump(k)).collect()
 }
 
 impl Flight for SolvedFlight<'_> {
     fn spans(&self) -> Vec<Span> {
-        let span = |p: &apsides_ocp::PhaseTrajectory| Span {
-            name: p.name.clone(),
-            times: [p.initial_time, p.final_time],
-        };
-        self.trajectory.phases.iter().map(span).collect()
+        let name = |arc: &Arc| self.trajectory.phases[arc.phase].name.clone();
+        self.arcs.iter().map(|arc| Span { name: name(arc), times: arc.times }).collect()
     }
 
     fn about(&self) -> Option<About> {
@@ -53,14 +119,12 @@ impl Flight for SolvedFlight<'_> {
         self.columns.clone()
     }
 
-    fn at(&self, phase: usize, time: f64) -> Instant {
+    fn at(&self, span: usize, time: f64) -> Instant {
         let mut own = vec![f64::NAN; self.columns.len()];
-        let (Some(flown), Some([of_states, of_controls])) =
-            (self.trajectory.phases.get(phase), self.places.get(phase))
-        else {
-            return Instant { point: None, own };
-        };
-        let (state, control) = (flown.state_at(time), flown.control_at(time));
+        let Some(arc) = self.arcs.get(span) else { return Instant { point: None, own } };
+        let (phase, [of_states, of_controls]) = (arc.phase, &self.places[arc.phase]);
+        let state = self.trajectory.phases[phase].state_at(time);
+        let control = self.control_at(arc, time);
         let columns = of_states.iter().zip(&state).chain(of_controls.iter().zip(&control));
         columns.for_each(|(column, value)| own[*column] = *value);
         let point = self.motion.as_ref().and_then(|motion| motion.point(phase, time, &state, &control));
