@@ -69,12 +69,11 @@ def scale_of(table):
 
 
 def distinct(table):
-    """Rows of each phase whose instants differ, as messages have them."""
-    scale = scale_of(table)
-    kept = []
+    """Rows of each segment whose instants differ, as messages have them: a segment begins with a phase, and where a time stands twice."""
+    instants, times, kept = table[f"epoch_{scale_of(table)}"], table["time_s"], []
     for k, phase in enumerate(table["phase"]):
-        same = kept and table["phase"][kept[-1]] == phase and table[f"epoch_{scale}"][kept[-1]] == table[f"epoch_{scale}"][k]
-        if not same:
+        begins = k == 0 or table["phase"][k - 1] != phase or times[k - 1] == times[k]
+        if begins or instants[kept[-1]] != instants[k]:
             kept.append(k)
     return kept
 
