@@ -3,12 +3,12 @@
 use std::ops::Range;
 
 use apsides_ephemeris::{About, Column, Flight, Instant, Motion, Span};
-use apsides_ocp::{Ocp, Phase, PhaseTrajectory, Trajectory, Variable};
+use apsides_ocp::{Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, Trajectory};
 
-/// A change of a control at an end of an interval above this part of its range along the phase is a jump.
+/// A change of a control at an end of an interval above this part of its range along the phase is a jump, if it changes the motion.
 const JUMP: f64 = 0.02;
-/// Ranges below this part of the largest value of a control, or of the width of its bounds, are none.
-const LEAST_RANGE: f64 = 1e-4;
+/// Rates that differ by less over the duration of a phase, relative to the largest value of their state or to themselves, are those of one motion.
+const SAME_MOTION: f64 = 1e-9;
 /// Phases whose ends are apart by less than this part of the time follow each other.
 const SAME_TIME: f64 = 1e-12;
 
@@ -66,7 +66,7 @@ fn arcs(ocp: &Ocp, trajectory: &Trajectory) -> Vec<Arc> {
     let mut arcs: Vec<Arc> = Vec::new();
     for (k, (phase, found)) in ocp.phases.iter().zip(&trajectory.phases).enumerate() {
         let (breaks, count) = (found.control.breaks(), found.control.segments().len());
-        let jumps = jumps(&phase.controls, found);
+        let jumps = jumps(phase, found, &trajectory.parameters);
         let starts = std::iter::once(0).chain(jumps.iter().copied());
         for (first, last) in starts.zip(jumps.iter().copied().chain([count])) {
             let time = |at: usize| match at {
@@ -84,25 +84,50 @@ fn arcs(ocp: &Ocp, trajectory: &Trajectory) -> Vec<Arc> {
     arcs
 }
 
-/// The ends of intervals, but for those of the phase, at which a control jumps.
-fn jumps(controls: &[Variable], found: &PhaseTrajectory) -> Vec<usize> {
-    let (polynomial, nu) = (&found.control, controls.len());
-    let range_of = |(j, control): (usize, &Variable)| {
-        let values = polynomial.segments().iter().flat_map(|s| s.values.iter().skip(j).step_by(nu));
-        let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
-        let width = control.bounds.upper - control.bounds.lower;
-        let size = low.abs().max(high.abs()).max(if width.is_finite() { width } else { 0.0 });
-        (high - low).max(LEAST_RANGE * size)
+/// The ends of intervals, but for those of the phase, at which a control jumps, and the rates of states with it.
+fn jumps(phase: &Phase, found: &PhaseTrajectory, parameters: &[f64]) -> Vec<usize> {
+    let (control, nu) = (&found.control, phase.controls.len());
+    let widths: Vec<f64> = ranges(control).iter().map(|[low, high]| high - low).collect();
+    let sizes: Vec<f64> = ranges(&found.state).iter().map(|[low, high]| low.abs().max(high.abs())).collect();
+    let duration = found.final_time - found.initial_time;
+    let rates = |time: f64, values: &[f64]| {
+        let mut inputs = found.state_at(time);
+        inputs.extend_from_slice(values);
+        if phase.takes_parameters(phase.dynamics.as_ref()) {
+            inputs.extend_from_slice(parameters);
+        }
+        inputs.push(time);
+        let mut rates = vec![0.0; phase.dynamics.outputs()];
+        phase.dynamics.value(&inputs, &mut rates);
+        rates
     };
-    let ranges: Vec<f64> = controls.iter().enumerate().map(range_of).collect();
     let (mut before, mut after) = (vec![0.0; nu], vec![0.0; nu]);
     let mut is_jump = |k: &usize| {
-        let time = polynomial.breaks()[*k];
-        polynomial.evaluate_in(k - 1, time, &mut before);
-        polynomial.evaluate_in(*k, time, &mut after);
-        before.iter().zip(&after).zip(&ranges).any(|((a, b), range)| (a - b).abs() > JUMP * range)
+        let time = control.breaks()[*k];
+        control.evaluate_in(k - 1, time, &mut before);
+        control.evaluate_in(*k, time, &mut after);
+        let mut changes = before.iter().zip(&after).zip(&widths);
+        let changes_motion = || {
+            let rates = rates(time, &before).into_iter().zip(rates(time, &after));
+            rates
+                .zip(&sizes)
+                .any(|((a, b), size)| (a - b).abs() * duration > SAME_MOTION * size.max(duration * a.abs()))
+        };
+        changes.any(|((a, b), width)| (a - b).abs() > JUMP * width) && changes_motion()
     };
-    (1..polynomial.segments().len()).filter(|k| is_jump(k)).collect()
+    (1..control.segments().len()).filter(|k| is_jump(k)).collect()
+}
+
+/// The least and the largest value of each quantity at the nodes.
+fn ranges(polynomials: &PiecewisePolynomial) -> Vec<[f64; 2]> {
+    let n = polynomials.dimension();
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; n];
+    for values in polynomials.segments().iter().flat_map(|s| s.values.chunks(n.max(1))) {
+        for ([low, high], value) in ranges.iter_mut().zip(values) {
+            (*low, *high) = (low.min(*value), high.max(*value));
+        }
+    }
+    ranges
 }
 
 impl Flight for SolvedFlight<'_> {
