@@ -1,4 +1,4 @@
-//! The common part of CCSDS messages in keywords and values: lines of printable ASCII characters (CCSDS 502.0-B-3, section 7.3).
+//! The common part of CCSDS messages in keywords and values: lines of printable ASCII characters (CCSDS 502.0-B-3, section 7).
 
 use std::fmt::Write as _;
 
@@ -20,7 +20,7 @@ impl Message {
     /// The head of a message: its standard with its version, then what it is about, and when and by whom it was made.
     pub(crate) fn begin(standard: &str, version: &str, table: &Ephemeris, created: &Epoch) -> Self {
         let mut message = Self(format!("{standard} = {version}\n"));
-        message.line(format_args!("COMMENT Ephemeris of the solution of mission {}", printable(&table.name)));
+        message.comment(&format!("Ephemeris of the solution of mission {}", table.name));
         message.set("CREATION_DATE", &created.in_scale(TimeScale::Utc).calendar());
         message.set("ORIGINATOR", ORIGINATOR);
         message
@@ -28,6 +28,10 @@ impl Message {
 
     pub(crate) fn line(&mut self, line: std::fmt::Arguments<'_>) {
         let _ = writeln!(self.0, "{line}");
+    }
+
+    pub(crate) fn comment(&mut self, text: &str) {
+        self.line(format_args!("COMMENT {}", printable(text)));
     }
 
     pub(crate) fn set(&mut self, key: &str, value: &str) {
@@ -51,7 +55,7 @@ impl Message {
         [start, stop]: [&str; 2],
     ) {
         self.line(format_args!("\nMETA_START"));
-        self.line(format_args!("COMMENT phase {}", printable(phase)));
+        self.comment(&format!("phase {phase}"));
         self.object(table);
         self.set("CENTER_NAME", table.body.map_or("", |body| body.word()));
         axes.iter().for_each(|(key, value)| self.set(key, value));
@@ -66,7 +70,7 @@ impl Message {
 }
 
 /// A name as the standard allows it: `_` in place of what is no printable ASCII character, without blanks around it.
-pub(crate) fn printable(name: &str) -> String {
+fn printable(name: &str) -> String {
     let allowed = |c: char| if c == ' ' || c.is_ascii_graphic() { c } else { '_' };
     name.trim().chars().map(allowed).collect()
 }

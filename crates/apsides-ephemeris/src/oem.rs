@@ -1,7 +1,8 @@
 //! Orbit ephemeris messages: CCSDS 502.0-B-3, section 5, as text of keywords and values.
 //!
 //! Each part of a phase along which no control jumps is a segment of its own, so that nothing is interpolated across a jump of the thrust or
-//! the velocity; at the end of a segment and at the start of the next stand both states. Positions in km, velocities in km/s, in axes of the ICRF at the centre of the body.
+//! the velocity; at the end of a segment and at the start of the next stand both states. Positions in km, velocities in km/s, in axes of the
+//! ICRF at the centre of the body.
 
 use crate::Epoch;
 use crate::kvn::{Message, rows_of_message};

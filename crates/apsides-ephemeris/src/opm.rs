@@ -1,6 +1,6 @@
 //! Orbit parameter messages: CCSDS 502.0-B-3, section 3, as text of keywords and values; written, and read as a state to start from.
 
-use crate::kvn::{Message, printable};
+use crate::kvn::Message;
 use crate::table::Ephemeris;
 use crate::{CentralBody, EphemerisError, Epoch, TimeScale};
 
@@ -18,7 +18,8 @@ pub(crate) fn write(table: &Ephemeris, row: usize, created: &Epoch) -> String {
     message.set("CENTER_NAME", table.body.map_or("", |body| body.word()));
     message.set("REF_FRAME", "ICRF");
     message.set("TIME_SYSTEM", table.epoch.scale().word());
-    message.line(format_args!("\nCOMMENT phase {}", printable(table.phase_of(row))));
+    message.line(format_args!(""));
+    message.comment(&format!("phase {}", table.phase_of(row)));
     message.set("EPOCH", &table.epoch_of(row).calendar());
     if let Some(state) = table.states.get(row) {
         let [position, velocity] = [state.position, state.velocity].map(|v| v.map(|c| c / 1e3));

@@ -115,8 +115,8 @@ pub(crate) fn conditions(
     let limit =
         if is_singular { settings.singular_curvature_tolerance } else { settings.curvature_tolerance };
     // What is positive on the larger space, less more, is so on the smaller one.
-    let is_convex = legendre.iter().all(|l| l.0 >= settings.curvature_tolerance);
-    let is_coercive = is_convex && form.inertia(Space::Sufficient, settings.coercivity).is_positive();
+    let bends_upwards = legendre.iter().all(|l| l.0 >= settings.curvature_tolerance);
+    let is_coercive = bends_upwards && form.inertia(Space::Sufficient, settings.coercivity).is_positive();
     // Along a singular arc the curvature that the discretisation leaves falls with the length of its intervals, that of a saddle does not.
     let within = |form: &Form| form.inertia(Space::Necessary, -limit).is_positive();
     let mut is_within = is_coercive || within(&form);
