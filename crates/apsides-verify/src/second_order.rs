@@ -114,7 +114,7 @@ pub(crate) fn conditions(
     let is_singular = least.abs() < settings.curvature_tolerance;
     let limit =
         if is_singular { settings.singular_curvature_tolerance } else { settings.curvature_tolerance };
-    // What is positive on the larger space, less more, is so on the smaller one.
+    // What is positive on the larger space, less more and with lower bounds of instants in it, is so on the smaller one.
     let bends_upwards = legendre.iter().all(|l| l.0 >= settings.curvature_tolerance);
     let is_coercive = bends_upwards && form.inertia(Space::Sufficient, settings.coercivity).is_positive();
     // Along a singular arc the curvature that the discretisation leaves falls with the length of its intervals, that of a saddle does not.
